@@ -1,0 +1,1 @@
+"""Human motion: geometry, tracks, arm models and online prediction of reaching."""

@@ -1,0 +1,1 @@
+"""Geometry and models of the human arm."""

@@ -1,0 +1,51 @@
+"""Numba, set up once for the whole project.
+
+numba keys its on-disk cache by the file of the compiled function alone, so a kernel whose *callee*
+in another file changed would be served stale. Here the cache folder is named after a hash of all
+sources of the project's packages: a change anywhere means a fresh cache.
+
+Import ``njit`` from this module, never from numba.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import importlib.util
+import os
+from pathlib import Path
+from typing import Any
+
+_PACKAGES = ("hri_prediction", "hri_planner", "hri_sim")
+
+
+def source_hash() -> str:
+    """Hash (16 hex digits) of the Python sources of all installed packages of this project."""
+    digest = hashlib.sha256()
+    for name in _PACKAGES:
+        spec = importlib.util.find_spec(name)
+        if spec is None or not spec.submodule_search_locations:
+            continue
+        root = Path(next(iter(spec.submodule_search_locations)))
+        for path in sorted(root.rglob("*.py")):
+            digest.update(str(path.relative_to(root)).encode())
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def cache_root() -> Path:
+    """Folder that holds one numba cache a source state; ``HRI_CACHE_DIR`` overrides it."""
+    base = os.environ.get("HRI_CACHE_DIR")
+    if base:
+        return Path(base)
+    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "hri_stack"
+
+
+if "NUMBA_CACHE_DIR" not in os.environ:
+    # Children inherit the variable: they run the same sources.
+    os.environ["NUMBA_CACHE_DIR"] = str(cache_root() / f"numba-{source_hash()}")
+
+import numba  # noqa: E402  (must follow the choice of the cache folder)
+
+njit: Any = functools.partial(numba.njit, cache=True, nogil=True, error_model="numpy")
+"""``numba.njit`` that caches on disk, releases the GIL and keeps IEEE semantics."""

@@ -1,0 +1,128 @@
+"""Configuration as data: frozen dataclasses whose fields know their meaning, unit and range.
+
+The same dataclass is what a core takes, what a YAML file fills, and what a node declares as ROS
+parameters (:mod:`hri_prediction.ros.parameters`).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import types
+import typing
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+import yaml
+
+from hri_prediction.errors import ConfigError
+
+ConfigT = TypeVar("ConfigT")
+
+
+def parameter(
+    default: Any,
+    doc: str,
+    *,
+    unit: str = "",
+    low: float | None = None,
+    high: float | None = None,
+    choices: tuple[str, ...] = (),
+) -> Any:
+    """A dataclass field with documentation, unit and closed range.
+
+    Args:
+        default: Default value: bool, int, float, str, or a tuple of one of these.
+        doc: What it is and what turning it does.
+        unit: SI unit, empty for pure numbers.
+        low: Smallest allowed value (of every element for tuples).
+        high: Largest allowed value.
+        choices: Allowed strings.
+    """
+    metadata = {"doc": doc, "unit": unit, "low": low, "high": high, "choices": choices}
+    return dataclasses.field(default=default, metadata=metadata)
+
+
+def validate(config: Any) -> None:
+    """Check all fields made by :func:`parameter`; call it from ``__post_init__``.
+
+    Raises:
+        ConfigError: naming the field, its value and what is allowed.
+    """
+    for field in dataclasses.fields(config):
+        meta = field.metadata
+        if "doc" not in meta:
+            continue
+        value = getattr(config, field.name)
+        where = f"{type(config).__name__}.{field.name} = {value!r}"
+        for item in value if isinstance(value, tuple) else (value,):
+            if isinstance(item, float) and not math.isfinite(item):
+                raise ConfigError(where, expected="a finite number")
+            if meta["low"] is not None and item < meta["low"]:
+                raise ConfigError(where, expected=f"at least {meta['low']} {meta['unit']}".strip())
+            if meta["high"] is not None and item > meta["high"]:
+                raise ConfigError(where, expected=f"at most {meta['high']} {meta['unit']}".strip())
+            if meta["choices"] and item not in meta["choices"]:
+                raise ConfigError(where, expected="one of " + ", ".join(meta["choices"]))
+
+
+def _coerce(name: str, value: Any, annotation: Any) -> Any:
+    """Bring a YAML value to the annotated type, refusing anything lossy."""
+    origin = typing.get_origin(annotation)
+    if origin in (types.UnionType, typing.Union):
+        if value is None:
+            return None
+        annotation = next(a for a in typing.get_args(annotation) if a is not type(None))
+        origin = typing.get_origin(annotation)
+    if origin is tuple:
+        if not isinstance(value, (list, tuple)):
+            raise ConfigError(f"{name} = {value!r}", expected="a list")
+        args = typing.get_args(annotation)
+        if len(args) == 2 and args[1] is Ellipsis:
+            return tuple(_coerce(name, item, args[0]) for item in value)
+        if len(args) != len(value):
+            raise ConfigError(f"{name} has {len(value)} elements", expected=f"{len(args)}")
+        return tuple(_coerce(name, item, arg) for item, arg in zip(value, args, strict=True))
+    if annotation is float and isinstance(value, (int, float)) and not isinstance(value, bool):
+        return float(value)
+    if annotation in (bool, int, str) and type(value) is annotation:
+        return value
+    if annotation is float or annotation in (bool, int, str):
+        raise ConfigError(f"{name} = {value!r}", expected=f"a value of type {annotation.__name__}")
+    return value
+
+
+def from_mapping(cls: type[ConfigT], values: Mapping[str, Any]) -> ConfigT:
+    """Build a configuration, leaving what is not given at its default.
+
+    Raises:
+        ConfigError: on unknown names (the valid ones are listed), wrong types and ranges.
+    """
+    hints = typing.get_type_hints(cls)
+    names = [field.name for field in dataclasses.fields(cls)]  # type: ignore[arg-type]
+    unknown = sorted(set(values) - set(names))
+    if unknown:
+        raise ConfigError(
+            f"{cls.__name__} has no parameter {', '.join(map(str, unknown))}",
+            expected="one of " + ", ".join(names),
+        )
+    return cls(**{name: _coerce(name, value, hints[name]) for name, value in values.items()})
+
+
+def load_yaml(cls: type[ConfigT], path: str | Path) -> ConfigT:
+    """Read a configuration from a flat YAML file.
+
+    Raises:
+        ConfigError: when the file is missing, is no YAML mapping, or holds an unusable value.
+    """
+    try:
+        values = yaml.safe_load(Path(path).read_text())
+    except (OSError, yaml.YAMLError, UnicodeDecodeError) as error:
+        raise ConfigError(f"cannot read {path}: {' '.join(str(error).split())}") from error
+    if not isinstance(values, dict):
+        raise ConfigError(f"{path} holds {type(values).__name__}", expected="a YAML mapping")
+    try:
+        return from_mapping(cls, values)
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error.problem}", expected=error.expected) from error

@@ -1,0 +1,337 @@
+r"""A bank of hypotheses (task, duration), each a Kalman filter over ProMP weights.
+
+Each observation multiplies a hypothesis' weight by its likelihood (log space, tempered because
+the model's errors are correlated in time), and a little of every weight returns to the prior, so
+that the belief can switch. The output is the first two moments of the mixture.
+
+One more task, "unknown", is a wide minimum-jerk reach to anywhere: it wins when nothing in the
+library explains what is seen.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hri_prediction.compiled import njit
+from hri_prediction.prediction.config import PredictorConfig
+from hri_prediction.prediction.library import DIMS, TaskModel
+from hri_prediction.promp.basis import PhaseBasis, basis_row
+from hri_prediction.promp.filtering import kalman_step
+from hri_prediction.promp.learning import fit_weights, smooth_covariance
+from hri_prediction.promp.model import ProMP
+
+Array = NDArray[np.float64]
+UNKNOWN = "unknown"
+NEGLIGIBLE = 1e-3
+"""Hypotheses below this share of the largest weight are left out of the output."""
+
+
+@njit
+def update_bank(
+    means: Array,
+    covariances: Array,
+    log_weights: Array,
+    log_prior: Array,
+    inverse_durations: Array,
+    noises: Array,
+    elapsed: float,
+    value: Array,
+    seen: Array,
+    centres: Array,
+    variance: float,
+    evidence_weight: float,
+    switching: float,
+    gain: Array,
+    row: Array,
+) -> int:
+    """Condition all hypotheses on one observation, in place; weights stay normalised.
+
+    Returns:
+        Number of hypotheses that could not be updated.
+    """
+    failed = 0
+    count = log_weights.shape[0]
+    largest = -1e300
+    for h in range(count):
+        phase = min(1.0, max(0.0, elapsed * inverse_durations[h]))
+        basis_row(phase, centres, variance, row)
+        density = kalman_step(means[h], covariances[h], row, value, seen, noises[h], gain)
+        if math.isnan(density):
+            failed += 1
+            density = -1e3
+        log_weights[h] += evidence_weight * density
+        largest = max(largest, log_weights[h])
+    total = 0.0
+    for h in range(count):
+        total += math.exp(log_weights[h] - largest)
+    shift = largest + math.log(total)
+    for h in range(count):
+        weight = math.exp(log_weights[h] - shift)
+        weight = (1.0 - switching) * weight + switching * math.exp(log_prior[h])
+        log_weights[h] = math.log(max(weight, 1e-300))
+    return failed
+
+
+@njit
+def position_moments(
+    mean: Array, covariance: Array, row: Array, out_mean: Array, out_cov: Array
+) -> None:
+    """Mean (6,) and the two diagonal 3 x 3 blocks (2, 3, 3) of one hypothesis at one phase."""
+    width = row.shape[0]
+    first = 0
+    while first < width - 1 and row[first] < 1e-7:
+        first += 1
+    last = width
+    while last > first + 1 and row[last - 1] < 1e-7:
+        last -= 1
+    for d in range(6):
+        total = 0.0
+        for w in range(first, last):
+            total += row[w] * mean[d * width + w]
+        out_mean[d] = total
+    for block in range(2):
+        for i in range(3):
+            base_i = (3 * block + i) * width
+            for j in range(i + 1):
+                base_j = (3 * block + j) * width
+                total = 0.0
+                for w in range(first, last):
+                    part = 0.0
+                    for v in range(first, last):
+                        part += row[v] * covariance[base_i + w, base_j + v]
+                    total += row[w] * part
+                out_cov[block, i, j] = total
+                out_cov[block, j, i] = total
+
+
+@njit
+def mix_bank(
+    means: Array,
+    covariances: Array,
+    weights: Array,
+    inverse_durations: Array,
+    elapsed: float,
+    step: float,
+    centres: Array,
+    variance: float,
+    out_mean: Array,
+    out_cov: Array,
+) -> None:
+    """Moments of the mixture at ``elapsed + k step``: ``out_mean`` (K, 6), ``out_cov`` (K, 2, 3, 3).
+
+    Args:
+        weights: (H,) normalised; zero leaves a hypothesis out.
+    """
+    points = out_mean.shape[0]
+    row = np.empty(centres.shape[0])
+    mean = np.empty(6)
+    cov = np.empty((2, 3, 3))
+    out_mean[:] = 0.0
+    out_cov[:] = 0.0
+    for h in range(weights.shape[0]):
+        if weights[h] <= 0.0:
+            continue
+        ended = False
+        for k in range(points):
+            if not ended:
+                phase = (elapsed + k * step) * inverse_durations[h]
+                ended = phase >= 1.0  # from here on it rests at its end point
+                basis_row(min(1.0, max(0.0, phase)), centres, variance, row)
+                position_moments(means[h], covariances[h], row, mean, cov)
+            for d in range(6):
+                out_mean[k, d] += weights[h] * mean[d]
+            for b in range(2):
+                for i in range(3):
+                    for j in range(3):
+                        out_cov[k, b, i, j] += weights[h] * (
+                            cov[b, i, j] + mean[3 * b + i] * mean[3 * b + j]
+                        )
+    for k in range(points):
+        for b in range(2):
+            for i in range(3):
+                for j in range(3):
+                    out_cov[k, b, i, j] -= out_mean[k, 3 * b + i] * out_mean[k, 3 * b + j]
+
+
+def unknown_task(basis: PhaseBasis, config: PredictorConfig) -> TaskModel:
+    """A wide reach along minimum-jerk lines from anywhere to anywhere, with smooth detours.
+
+    The elbow follows the wrist by half, give or take; the start is as wide as an arm.
+    """
+    phases = np.linspace(0.0, 1.0, 101)
+    profile = phases**3 * (10.0 - 15.0 * phases + 6.0 * phases**2)
+    rise = fit_weights(basis, phases, profile[:, None], 1e-9)
+    level = np.ones(basis.count)
+    start = np.kron(np.eye(DIMS), np.outer(level, level)) * 0.3**2
+    coupling = np.array([[0.4, 0.5], [0.5, 1.0]])
+    displacement = np.kron(coupling, np.eye(3)) * config.unknown_sd**2
+    reach = np.kron(displacement, np.outer(rise, rise))
+    detour = smooth_covariance(basis, DIMS, config.learning) * 0.03**2
+    covariance = start + reach + detour
+    promp = ProMP(
+        basis, np.zeros(DIMS * basis.count), covariance, np.eye(DIMS) * config.noise_sd**2
+    )
+    return TaskModel(UNKNOWN, "any", promp, config.unknown_duration, 0.4, 0, 0.0)
+
+
+@dataclass(frozen=True)
+class BankPrior:
+    """What a bank starts from; computed once for a library and side.
+
+    Args:
+        names: Task names, the last one "unknown".
+        tasks: (H,) index of each hypothesis' task.
+        durations: (H,) seconds.
+        log_prior: (H,) normalised log weights.
+        means: (H, n).
+        covariances: (H, n, n).
+        noises: (H, 6, 6).
+        basis: Common basis.
+    """
+
+    names: tuple[str, ...]
+    tasks: NDArray[np.int64]
+    durations: Array
+    log_prior: Array
+    means: Array
+    covariances: Array
+    noises: Array
+    basis: PhaseBasis
+
+
+def bank_prior(tasks: tuple[TaskModel, ...], config: PredictorConfig) -> BankPrior:
+    """Spread every task, and "unknown", over a log-normal grid of durations."""
+    basis = tasks[0].promp.basis
+    models = (*tasks, unknown_task(basis, config))
+    scale = np.linspace(-config.duration_range, config.duration_range, config.durations)
+    scale = scale if config.durations > 1 else np.zeros(1)
+    share = np.exp(-0.5 * scale**2)
+    share /= share.sum()
+    known = (1.0 - config.unknown_probability) / len(tasks)
+    indices, durations, priors = [], [], []
+    for i, model in enumerate(models):
+        probability = known if model.name != UNKNOWN else config.unknown_probability
+        indices.append(np.full(scale.size, i))
+        durations.append(model.duration_mean_s * np.exp(scale * model.duration_log_sd))
+        priors.append(probability * share)
+    floor = np.eye(DIMS) * config.noise_sd**2
+    index = np.concatenate(indices)
+    noises = np.stack([np.maximum(m.promp.noise, floor) for m in models])
+    return BankPrior(
+        names=tuple(m.name for m in models),
+        tasks=index,
+        durations=np.concatenate(durations),
+        log_prior=np.log(np.concatenate(priors)),
+        means=np.stack([m.promp.mean for m in models])[index],
+        covariances=np.stack([m.promp.covariance for m in models])[index],
+        noises=noises[index],
+        basis=basis,
+    )
+
+
+class HypothesisBank:
+    """The running belief over (task, duration, weights) of one reach.
+
+    Args:
+        prior: Belief at onset.
+        config: Settings.
+    """
+
+    def __init__(self, prior: BankPrior, config: PredictorConfig) -> None:
+        self.prior = prior
+        self.config = config
+        self.means = prior.means.copy()
+        self.covariances = prior.covariances.copy()
+        self.log_weights = prior.log_prior.copy()
+        self._inverse_durations = 1.0 / prior.durations
+        self._centres = prior.basis.centres
+        self._gain = np.zeros((DIMS, prior.means.shape[1]))
+        self._row = np.zeros(prior.basis.count)
+
+    def restart(self) -> None:
+        """Return to the prior: a new reach begins."""
+        np.copyto(self.means, self.prior.means)
+        np.copyto(self.covariances, self.prior.covariances)
+        np.copyto(self.log_weights, self.prior.log_prior)
+
+    def observe(self, elapsed_s: float, value: Array, seen: NDArray[np.bool_]) -> int:
+        """Condition on (elbow, wrist) (6,), relative to the shoulder at onset.
+
+        Args:
+            elapsed_s: Time since onset.
+            value: (6,) metres; entries not seen are ignored.
+            seen: (6,) bool.
+
+        Returns:
+            Number of hypotheses that failed numerically (0 in sound use).
+        """
+        return int(
+            update_bank(
+                self.means,
+                self.covariances,
+                self.log_weights,
+                self.prior.log_prior,
+                self._inverse_durations,
+                self.prior.noises,
+                elapsed_s,
+                value,
+                seen,
+                self._centres,
+                self.prior.basis.variance,
+                self.config.evidence_weight,
+                self.config.switching,
+                self._gain,
+                self._row,
+            )
+        )
+
+    @property
+    def weights(self) -> Array:
+        """(H,) normalised probabilities of the hypotheses."""
+        weight = np.exp(self.log_weights - self.log_weights.max())
+        normalised: Array = weight / weight.sum()
+        return normalised
+
+    def task_probabilities(self) -> Array:
+        """(tasks,) probabilities in the order of ``prior.names``."""
+        return np.bincount(self.prior.tasks, self.weights, minlength=len(self.prior.names))
+
+    def duration(self) -> tuple[float, float]:
+        """Posterior mean and standard deviation of the duration, seconds."""
+        weights = self.weights
+        mean = float(weights @ self.prior.durations)
+        square = float(weights @ (self.prior.durations - mean) ** 2)
+        return mean, math.sqrt(max(0.0, square))
+
+    def moments(self, elapsed_s: float, step_s: float, points: int) -> tuple[Array, Array]:
+        """Mixture at ``elapsed_s + k step_s``.
+
+        Returns:
+            mean (K, 2, 3) and covariance (K, 2, 3, 3) of elbow and wrist, relative to the
+            shoulder at onset.
+        """
+        weights = self.weights
+        if self.config.output == "likeliest":
+            best = int(np.argmax(self.task_probabilities()))
+            weights = np.where(self.prior.tasks == best, weights, 0.0)
+        weights[weights < NEGLIGIBLE * weights.max()] = 0.0
+        weights /= weights.sum()
+        mean = np.empty((points, DIMS))
+        covariance = np.empty((points, 2, 3, 3))
+        mix_bank(
+            self.means,
+            self.covariances,
+            weights,
+            self._inverse_durations,
+            elapsed_s,
+            step_s,
+            self._centres,
+            self.prior.basis.variance,
+            mean,
+            covariance,
+        )
+        return mean.reshape(points, 2, 3), covariance

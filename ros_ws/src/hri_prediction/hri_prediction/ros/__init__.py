@@ -1,0 +1,1 @@
+"""What all nodes share: message imports, parameters, the node base class, conversions."""

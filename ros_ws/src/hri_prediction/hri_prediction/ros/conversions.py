@@ -1,0 +1,79 @@
+"""Between messages and the dataclasses of the cores. Messages are checked here, once."""
+
+from __future__ import annotations
+
+from array import array
+
+import numpy as np
+from numpy.typing import ArrayLike
+from std_msgs.msg import Header
+
+from hri_prediction.errors import DataError
+from hri_prediction.prediction.types import Prediction
+from hri_prediction.ros.messages import HumanArm, HumanPrediction
+from hri_prediction.ros.time import to_ns, to_time
+from hri_prediction.tracks.track import ArmSample
+
+WORLD = "world"
+
+
+def flat(values: ArrayLike) -> array[float]:
+    """Row-major float64 sequence of a message; rosidl takes it without looking at each element."""
+    return array("d", np.ascontiguousarray(values, dtype=float).tobytes())
+
+
+def sample_from_message(message: HumanArm, frame: str = WORLD) -> ArmSample:
+    """Sample of a ``HumanArm``; a keypoint with a non-finite position counts as not seen.
+
+    Raises:
+        DataError: when the frame or the side is not what this graph uses.
+    """
+    if message.header.frame_id != frame:
+        raise DataError(
+            f"HumanArm of {message.body_id!r} is in frame {message.header.frame_id!r}",
+            expected=f"frame {frame!r}",
+            hint="transform at the source, or set the source's frame",
+        )
+    if message.side not in ("left", "right"):
+        raise DataError(f"HumanArm.side is {message.side!r}", expected="'left' or 'right'")
+    keypoints = np.array(message.keypoints, dtype=float).reshape(4, 3)
+    valid = np.array(message.valid, dtype=bool) & np.isfinite(keypoints).all(axis=1)
+    keypoints[~valid] = np.nan
+    return ArmSample(
+        stamp_ns=to_ns(message.header.stamp), keypoints=keypoints, valid=valid, side=message.side
+    )
+
+
+def message_from_sample(sample: ArmSample, body_id: str, frame: str = WORLD) -> HumanArm:
+    """``HumanArm`` of a sample: NaN is never published."""
+    valid = sample.valid & np.isfinite(sample.keypoints).all(axis=1)
+    keypoints = np.where(valid[:, None], sample.keypoints, 0.0)
+    return HumanArm(
+        header=Header(stamp=to_time(sample.stamp_ns), frame_id=frame),
+        body_id=body_id,
+        side=sample.side,
+        keypoints=keypoints.ravel(),
+        valid=[bool(flag) for flag in valid],
+    )
+
+
+def message_from_prediction(
+    prediction: Prediction, body_id: str, library: str, frame: str = WORLD
+) -> HumanPrediction:
+    """``HumanPrediction`` of a prediction."""
+    return HumanPrediction(
+        header=Header(stamp=to_time(prediction.stamp_ns), frame_id=frame),
+        body_id=body_id,
+        side=prediction.side,
+        state=int(prediction.state),
+        reason=prediction.reason,
+        library=library,
+        times=flat(prediction.times_s),
+        mean=flat(prediction.mean),
+        covariance=flat(prediction.covariance),
+        onset=to_time(prediction.onset_ns or 0),
+        duration_mean=float(prediction.duration_mean_s),
+        duration_sd=float(prediction.duration_std_s),
+        tasks=list(prediction.task_names),
+        task_probabilities=flat(prediction.task_probabilities),
+    )

@@ -1,0 +1,80 @@
+"""ROS parameters from configuration dataclasses: one source for names, defaults, units and ranges."""
+
+from __future__ import annotations
+
+import dataclasses
+import typing
+from typing import Any, TypeVar
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.node import Node
+
+from hri_prediction.config import from_mapping
+from hri_prediction.errors import ConfigError
+
+ConfigT = TypeVar("ConfigT")
+
+# rclpy wants both ends of a range.
+_UNBOUNDED_FLOAT = 1e12
+_UNBOUNDED_INT = 2**53
+
+
+def _descriptor(field: dataclasses.Field[Any], kind: Any) -> ParameterDescriptor:
+    meta = field.metadata
+    unit = f" [{meta['unit']}]" if meta["unit"] else ""
+    descriptor = ParameterDescriptor(description=f"{meta['doc']}{unit}", read_only=True)
+    low, high = meta["low"], meta["high"]
+    if kind is float and not (low is None and high is None):
+        descriptor.floating_point_range = [
+            FloatingPointRange(
+                from_value=float(-_UNBOUNDED_FLOAT if low is None else low),
+                to_value=float(_UNBOUNDED_FLOAT if high is None else high),
+            )
+        ]
+    elif kind is int and not (low is None and high is None):
+        descriptor.integer_range = [
+            IntegerRange(
+                from_value=int(-_UNBOUNDED_INT if low is None else low),
+                to_value=int(_UNBOUNDED_INT if high is None else high),
+                step=1,
+            )
+        ]
+    if meta["choices"]:
+        descriptor.additional_constraints = "one of: " + ", ".join(meta["choices"])
+    return descriptor
+
+
+def declare_config(
+    node: Node, cls: type[ConfigT], *, prefix: str = "", defaults: ConfigT | None = None
+) -> ConfigT:
+    """Declare every field of a configuration as a read-only parameter and return what was set.
+
+    Args:
+        node: The node that gets the parameters.
+        cls: Frozen dataclass made of :func:`hri_prediction.config.parameter` fields.
+        prefix: Put before each name, with a dot (``scene`` → ``scene.radius``).
+        defaults: Values to use where nothing was set; ``cls()`` when not given.
+
+    Raises:
+        ConfigError: when a value that was set is out of range or of the wrong type.
+    """
+    values: dict[str, Any] = {}
+    hints = typing.get_type_hints(cls)
+    base = defaults if defaults is not None else cls()
+    for field in dataclasses.fields(cls):  # type: ignore[arg-type]
+        if "doc" not in field.metadata:
+            continue
+        name = f"{prefix}.{field.name}" if prefix else field.name
+        default = getattr(base, field.name)
+        default = list(default) if isinstance(default, tuple) else default
+        try:
+            value = node.declare_parameter(
+                name, default, _descriptor(field, hints[field.name])
+            ).value
+        except (InvalidParameterTypeException, InvalidParameterValueException) as error:
+            raise ConfigError(
+                f"parameter {name} of node {node.get_name()}: {' '.join(str(error).split())}"
+            ) from error
+        values[field.name] = list(value) if not isinstance(value, str | int | float) else value
+    return from_mapping(cls, values)

@@ -1,0 +1,30 @@
+"""Quality-of-service profiles of the graph, by the names used in the documentation."""
+
+from __future__ import annotations
+
+from rclpy.qos import (
+    DurabilityPolicy,
+    HistoryPolicy,
+    QoSProfile,
+    ReliabilityPolicy,
+)
+
+SENSOR = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST, depth=50, reliability=ReliabilityPolicy.BEST_EFFORT
+)
+"""Sensor data: best effort. Deeper than ROS's preset so that a busy subscriber loses nothing for 0.2 s."""
+
+LATCHED = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST,
+    depth=1,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
+"""The newest value, also for those who join late."""
+
+
+def reliable(depth: int) -> QoSProfile:
+    """Reliable, volatile, keep the last ``depth``."""
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST, depth=depth, reliability=ReliabilityPolicy.RELIABLE
+    )

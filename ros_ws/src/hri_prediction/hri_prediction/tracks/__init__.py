@@ -1,0 +1,1 @@
+"""Recorded and live motion of tracked arms."""

@@ -1,0 +1,29 @@
+"""Build description for colcon (ament_python)."""
+
+from glob import glob
+
+from setuptools import find_packages, setup
+
+PACKAGE = "hri_prediction"
+
+setup(
+    name=PACKAGE,
+    version="0.1.0",
+    packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
+    package_data={PACKAGE: ["py.typed", "models/*", "config/*.yaml"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
+        (f"share/{PACKAGE}", ["package.xml"]),
+        (f"share/{PACKAGE}/config", glob("hri_prediction/config/*.yaml")),
+    ],
+    zip_safe=False,
+    maintainer="The HRI stack maintainers",
+    maintainer_email="maintainers@hri-stack.example",
+    description="Human motion: tracks, bags, arm geometry and online prediction of reaching.",
+    license="Apache-2.0",
+    entry_points={
+        "console_scripts": [
+            "predictor = hri_prediction.nodes.predictor_node:main",
+        ]
+    },
+)

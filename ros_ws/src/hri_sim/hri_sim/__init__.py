@@ -1,0 +1,1 @@
+"""Simulation: MuJoCo robot and scene, simulated people, recorder, launch supervisor, test kit."""

@@ -1,0 +1,1 @@
+"""Simulated people: arm postures, reaching movements and how they are tracked."""

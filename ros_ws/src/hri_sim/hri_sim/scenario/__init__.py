@@ -1,0 +1,1 @@
+"""Scenarios: who sits where, what reaches for what, and the generator of test conditions."""

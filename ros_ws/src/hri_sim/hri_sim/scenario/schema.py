@@ -1,0 +1,266 @@
+"""What a scenario file may say.
+
+A scenario is one table scene: where the robot starts, who sits across the table, named targets, and
+a sequence of reaches in which the robot and a person move through the same space. The models are
+frozen and refuse unknown fields. Everything is in metres, radians and seconds, in the world frame
+(= the robot's base frame, z up, x towards the person).
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from hri_prediction.errors import ConfigError
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+Vector3 = tuple[Finite, Finite, Finite]
+Size3 = tuple[Positive, Positive, Positive]
+Posture = tuple[Finite, Finite, Finite, Finite, Finite, Finite, Finite]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
+
+FULL_STRETCH = 0.99
+"""Share of the arm's length that a target may be away from the shoulder: elbows never lock."""
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class TableSpec(_Model):
+    """A box that nothing may touch.
+
+    Attributes:
+        center: Centre of the box [m].
+        size: Full edge lengths along x, y, z [m].
+    """
+
+    center: Vector3 = (0.85, 0.0, -0.03)
+    size: Size3 = (1.2, 1.4, 0.04)
+
+    @property
+    def top(self) -> float:
+        """Height of the upper face [m]."""
+        return self.center[2] + 0.5 * self.size[2]
+
+
+class PersonSpec(_Model):
+    """A seated person, facing the robot (along -x), who reaches with one arm.
+
+    Attributes:
+        id: Body id in topic names.
+        side: Which arm reaches.
+        shoulder: Shoulder joint [m].
+        upper_arm: Shoulder to elbow [m].
+        forearm: Elbow to wrist [m].
+        hand: Wrist to hand tip [m].
+        home: Where the hand tip rests before the first reach [m].
+        noise_sd: Tracking noise of every coordinate, standard deviation [m].
+        latency: Capture to delivery of a sample [s].
+        dropout_rate: Bursts in which the whole arm is lost, mean number a second [1/s].
+        marker_dropout_rate: The same for each single keypoint [1/s].
+        dropout_duration: Mean length of a burst (exponentially distributed) [s].
+        variability: Factor on all motor variability; 0 makes every reach the nominal one.
+        speed_factor: Above 1 the person moves faster than the durations of the reaches say.
+        swivel: Usual swivel of the elbow outwards from straight down [rad].
+        lift: Usual rise of the path above the straight line, as a share of its length.
+    """
+
+    id: Name = "person1"
+    side: Literal["right", "left"] = "right"
+    shoulder: Vector3 = (0.75, 0.0, 0.40)
+    upper_arm: Positive = 0.29
+    forearm: Positive = 0.26
+    hand: Positive = 0.09
+    home: Vector3 = (0.50, 0.15, 0.10)
+    noise_sd: NonNegative = 0.002
+    latency: NonNegative = 0.008
+    dropout_rate: NonNegative = 0.02
+    marker_dropout_rate: NonNegative = 0.05
+    dropout_duration: Positive = 0.02
+    variability: NonNegative = 1.0
+    speed_factor: Positive = 1.0
+    swivel: Finite = 0.25
+    lift: NonNegative = 0.12
+
+    def can_reach(self, point: Vector3) -> bool:
+        """Whether the hand tip gets to ``point`` [m] with an elbow that is not locked."""
+        distance = float(np.linalg.norm(np.subtract(point, self.shoulder)))
+        outer = self.upper_arm + self.forearm + self.hand
+        inner = abs(self.upper_arm - self.forearm - self.hand)
+        return inner / FULL_STRETCH < distance < FULL_STRETCH * outer
+
+    @model_validator(mode="after")
+    def _home_within_reach(self) -> PersonSpec:
+        if not self.can_reach(self.home):
+            raise ValueError(f"home {self.home} is out of reach of the arm at {self.shoulder}")
+        return self
+
+
+class ReachSpec(_Model):
+    """One reach of the robot, and what the person does meanwhile.
+
+    Attributes:
+        robot_target: Name of the target of the robot's tool.
+        person_target: Name of the target of the person's hand tip; none: the person stays.
+        person: Id of the person who reaches; none: the first one.
+        person_delay: Start of the person's reach after the start of the robot's [s].
+        person_duration: Nominal duration of the person's reach [s].
+        person_candidates: Targets among which an observer cannot choose beforehand (ambiguous
+            intent); empty: the person is known to reach for ``person_target``.
+        duration: Duration of the robot's nominal motion [s].
+    """
+
+    robot_target: Name
+    person_target: Name | None = None
+    person: Name | None = None
+    person_delay: NonNegative = 0.0
+    person_duration: Positive = 1.3
+    person_candidates: tuple[Name, ...] = ()
+    duration: Positive = 1.5
+
+    @model_validator(mode="after")
+    def _candidates_hold_target(self) -> ReachSpec:
+        if self.person_candidates and self.person_target not in self.person_candidates:
+            raise ValueError(f"person_candidates lack the person_target {self.person_target!r}")
+        return self
+
+
+class Scenario(_Model):
+    """A scene and a sequence of reaches.
+
+    Attributes:
+        name: Name of the scenario.
+        seed: Seed of everything random in a run of it.
+        robot_start: Joint angles at the start [rad].
+        table: The table.
+        targets: Named points [m]: tool targets of the robot, hand tip targets of persons.
+        persons: Who is there.
+        reaches: What is done, one after the other.
+    """
+
+    name: str
+    seed: Annotated[int, Field(ge=0)] = 0
+    robot_start: Posture
+    table: TableSpec = TableSpec()
+    targets: dict[Name, Vector3]
+    persons: tuple[PersonSpec, ...] = ()
+    reaches: Annotated[tuple[ReachSpec, ...], Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def _references_exist(self) -> Scenario:
+        ids = [person.id for person in self.persons]
+        if len(set(ids)) != len(ids):
+            raise ValueError(f"two persons share an id: {', '.join(ids)}")
+        known = ", ".join(self.targets) or "none"
+        for index, reach in enumerate(self.reaches):
+            where = f"reaches.{index}"
+            if reach.robot_target not in self.targets:
+                raise ValueError(f"{where}.robot_target {reach.robot_target!r} is not in: {known}")
+            if reach.person_target is None:
+                continue
+            if not self.persons:
+                raise ValueError(f"{where} has a person_target, but there are no persons")
+            if reach.person is not None and reach.person not in ids:
+                raise ValueError(f"{where}.person {reach.person!r} is not in: {', '.join(ids)}")
+            person = self.person_of(index)
+            for name in {reach.person_target, *reach.person_candidates}:
+                if name not in self.targets:
+                    raise ValueError(f"{where}: the person's target {name!r} is not in: {known}")
+                if not person.can_reach(self.targets[name]):
+                    raise ValueError(f"{where}: target {name!r} is out of reach of {person.id}")
+        return self
+
+    def person_of(self, index: int) -> PersonSpec:
+        """The person who reaches in reach number ``index``."""
+        wanted = self.reaches[index].person or self.persons[0].id
+        return next(person for person in self.persons if person.id == wanted)
+
+    def person_from(self, index: int) -> Vector3:
+        """Where the hand of the person of reach ``index`` nominally is before it [m]."""
+        person = self.person_of(index)
+        for earlier in range(index - 1, -1, -1):
+            target = self.reaches[earlier].person_target
+            if target is not None and self.person_of(earlier).id == person.id:
+                return self.targets[target]
+        return person.home
+
+    def candidates(self, index: int) -> tuple[str, ...]:
+        """Target names that an observer of reach ``index`` must reckon with."""
+        reach = self.reaches[index]
+        if reach.person_candidates:
+            return reach.person_candidates
+        return () if reach.person_target is None else (reach.person_target,)
+
+
+def load_scenario(path: str | Path) -> Scenario:
+    """Read a scenario from a YAML file.
+
+    Raises:
+        ConfigError: when the file cannot be read, is no YAML mapping, or a field is unknown,
+            missing or unusable; the text names the field's path, what was got and expected.
+    """
+    path = Path(path)
+    try:
+        values = yaml.safe_load(path.read_text())
+    except (OSError, yaml.YAMLError, UnicodeDecodeError) as error:
+        raise ConfigError(f"cannot read {path}: {' '.join(str(error).split())}") from error
+    if not isinstance(values, dict):
+        raise ConfigError(f"{path} holds {type(values).__name__}", expected="a YAML mapping")
+    return scenario_from_mapping(values, where=str(path))
+
+
+def scenario_from_mapping(values: dict, where: str = "scenario") -> Scenario:
+    """Build a scenario from plain values.
+
+    Args:
+        values: Mapping as a YAML file gives it.
+        where: What the error message calls the source.
+
+    Raises:
+        ConfigError: naming the field, what was got and what is expected.
+    """
+    try:
+        return Scenario.model_validate(values)
+    except ValidationError as error:
+        raise _as_config_error(error, where) from error
+
+
+def save_scenario(path: str | Path, scenario: Scenario) -> None:
+    """Write a scenario as YAML that :func:`load_scenario` reads back equal.
+
+    Raises:
+        ConfigError: when the file cannot be written.
+    """
+    values = scenario.model_dump(mode="json")
+    text = yaml.safe_dump(values, sort_keys=False, default_flow_style=None, width=100)
+    try:
+        Path(path).write_text(text)
+    except OSError as error:
+        raise ConfigError(f"cannot write {path}: {error.strerror}") from error
+
+
+def _as_config_error(error: ValidationError, where: str) -> ConfigError:
+    """The first complaint of pydantic as one line; the others are counted."""
+    problems = error.errors()
+    first = problems[0]
+    field = ".".join(map(str, first["loc"]))
+    more = f"{len(problems) - 1} more problem(s) in this file" if len(problems) > 1 else ""
+    if first["type"] == "value_error":
+        # Our own checks say what was got and expected.
+        text = str(first["ctx"]["error"])
+        return ConfigError(f"{where}: {field + ': ' if field else ''}{text}", hint=more)
+    if first["type"] == "extra_forbidden":
+        return ConfigError(f"{where}: unknown field {field}", expected="a known name", hint=more)
+    if first["type"] == "missing":
+        return ConfigError(f"{where}: field {field} is missing", hint=more)
+    got = repr(first["input"])
+    got = got if len(got) < 80 else got[:77] + "..."
+    message = first["msg"].removeprefix("Input should be ")
+    return ConfigError(f"{where}: {field} = {got}", expected=message, hint=more)

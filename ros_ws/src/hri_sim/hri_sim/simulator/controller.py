@@ -1,0 +1,321 @@
+"""Trajectory controller: what ros2_control's joint_trajectory_controller does on Jazzy, without ROS.
+
+A new trajectory replaces the old one at once. Until its first point is due, the reference moves from
+the state last asked for to that point by a Hermite blend; then it follows the spline through the points
+(linear without velocities, cubic with them, quintic with accelerations too) and holds the last one.
+Trajectory time runs slower than the clock by the speed scale of the stop chain.
+
+Where it is kinder than the original: a trajectory whose first point is due already is joined by a short
+blend instead of a step; speed limits slow the path instead of breaking it; positions outside the limits
+are refused; a stop is a ramp along the path.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hri_planner.robot.model import RobotModel
+from hri_prediction.config import parameter, validate
+from hri_prediction.errors import DataError
+from hri_sim.simulator import splines
+from hri_sim.simulator.stopchain import StopChain, StopChainConfig
+from hri_sim.simulator.trajectory import JointTrajectory, SplinePath, check, check_limits
+
+FloatArray = NDArray[np.float64]
+
+IDLE, TRACKING, STOPPING = "idle", "tracking", "stopping"
+
+
+@dataclass(frozen=True)
+class ControllerConfig(StopChainConfig):
+    """Parameters of the trajectory controller and its stop chain."""
+
+    path_tolerance: float = parameter(
+        0.0,
+        "Largest tracking error of a joint before the motion is dropped and held; 0: off",
+        unit="rad",
+        low=0.0,
+        high=3.2,
+    )
+    goal_tolerance: float = parameter(
+        0.0, "Largest error of a joint at the end of a motion; 0: off", unit="rad", low=0.0, high=3.2
+    )
+    goal_time: float = parameter(
+        0.5, "How long after its end a motion may take to meet goal_tolerance", unit="s", low=0.0
+    )
+    speed_fraction: float = parameter(
+        1.0, "Share of the joints' speed limits that references keep to", low=0.05, high=1.0
+    )
+    blend_time: float = parameter(
+        0.02, "Shortest blend to a trajectory that has begun already", unit="s", low=0.001, high=0.5
+    )
+    max_lateness: float = parameter(
+        0.1, "Oldest first point that is still joined; later ones are refused", unit="s", low=0.0
+    )
+
+
+class TrajectoryController:
+    """References for the joints from trajectories, a speed scale and a clock.
+
+    Times of calls are int nanoseconds on one clock. All arrays are in the robot's joint order.
+
+    Attributes:
+        chain: The stop chain; give it the heartbeats.
+        q_ref: Reference position (7,) [rad], updated in place.
+        qd_ref: Reference velocity (7,) [rad/s], updated in place.
+        qdd_ref: Reference acceleration (7,) [rad/s^2], updated in place.
+        outcome: How the last motion ended ("" before the first).
+        rejection: Why the newest trajectory was refused; empty when it was accepted.
+        handover_jump_position: Largest step between old and new plan at a hand-over, |old plan at the
+            time of the new plan's first point - first point|, since the motion began [rad].
+        handover_jump_velocity: The same of the velocities [rad/s].
+        stamp_ns: Stamp of the active (or last) trajectory [ns]; 0 before the first.
+    """
+
+    def __init__(self, robot: RobotModel, config: ControllerConfig | None = None) -> None:
+        self.config = config or ControllerConfig()
+        self.chain = StopChain(self.config)
+        self._robot = robot
+        speed = robot.velocity * self.config.speed_fraction
+        self._limits = np.ascontiguousarray(np.stack((robot.lower, robot.upper, speed)))
+        self._clock = np.zeros(3)
+        self._path_state = np.zeros((3, 7))
+        self._out = np.zeros((3, 7))
+        self.q_ref, self.qd_ref, self.qdd_ref = self._out
+        self.reset(np.zeros(7), 0)
+
+    def reset(self, q: FloatArray, now_ns: int) -> None:
+        """Forget everything and hold a posture.
+
+        Args:
+            q: Joint angles (7,) [rad].
+            now_ns: Time now [ns].
+        """
+        self.chain.reset()
+        self.outcome = ""
+        self.rejection = ""
+        self.handover_jump_position = 0.0
+        self.handover_jump_velocity = 0.0
+        self.stamp_ns = 0
+        self._now_ns = now_ns
+        self.hold(q)
+
+    def hold(self, q: FloatArray) -> None:
+        """Ask for a posture (7,) [rad] at rest, at once; ends any motion."""
+        self._path: SplinePath | None = None
+        self._clock[:] = 0.0
+        self._path_state[:] = 0.0
+        self._path_state[0] = q
+        self._out[:] = self._path_state
+        self._ended_ns: int | None = None
+
+    @property
+    def active(self) -> bool:
+        """Whether a trajectory is being followed."""
+        return self._path is not None
+
+    @property
+    def scale(self) -> float:
+        """Rate of trajectory time against the clock: speed scale and speed limits together."""
+        return float(self._clock[1]) if self._path is not None else self.chain.scale
+
+    @property
+    def state(self) -> str:
+        """``"idle"``, ``"tracking"``, or ``"stopping"`` (on the way to, or at, a forced rest)."""
+        if self._path is None:
+            return IDLE
+        return STOPPING if self.chain.reason else TRACKING
+
+    @property
+    def reason(self) -> str:
+        """Why the controller stops, or refused the newest trajectory; empty otherwise."""
+        return self.chain.reason if self._path is not None and self.chain.reason else self.rejection
+
+    @property
+    def time_in_trajectory(self) -> float:
+        """Where on the active trajectory the reference is, from its stamp [s]; 0 when idle."""
+        return float(self._clock[0]) if self._path is not None else 0.0
+
+    @property
+    def time_left(self) -> float:
+        """Trajectory time to the end of the active trajectory [s]; 0 when idle."""
+        if self._path is None:
+            return 0.0
+        return max(float(self._path.knots[-1] - self._clock[0]), 0.0)
+
+    def accept(self, trajectory: JointTrajectory, *, needs_replan: bool = False) -> None:
+        """Replace the present motion, at the time of the last step; without points, stop it.
+
+        Args:
+            trajectory: The new trajectory.
+            needs_replan: Stop when no further trajectory follows within ``command_timeout``.
+
+        Raises:
+            DataError: when it cannot be used (the reason is also in :attr:`rejection`); the present
+                motion, with its watchdogs, goes on.
+        """
+        try:
+            if len(trajectory.time_s) == 0:
+                self.stop()
+            else:
+                self._replace(check(trajectory, self._robot))
+                self.chain.plan_received(self._now_ns, needs_replan=needs_replan)
+        except DataError as error:
+            self.rejection = str(error)
+            raise
+        self.rejection = ""
+
+    def stop(self) -> None:
+        """Come to rest along the present path and drop it."""
+        if self._path is not None:
+            self.chain.halt()
+
+    def step(self, now_ns: int, q: FloatArray | None = None) -> None:
+        """Move the references to a new time.
+
+        Args:
+            now_ns: Time now [ns]; not before the last step.
+            q: Measured joint angles (7,) [rad], for the tolerances.
+
+        Raises:
+            DataError: when the clock runs backwards.
+        """
+        if now_ns < self._now_ns:
+            raise DataError(
+                f"controller clock went back by {(self._now_ns - now_ns) * 1e-9:.6f} s",
+                expected="increasing times",
+                hint="reset the controller after a jump of the clock",
+            )
+        dt = (now_ns - self._now_ns) * 1e-9
+        self._now_ns = now_ns
+        path = self._path
+        scale = self.chain.update(now_ns, dt, moving=path is not None)
+        if path is None:
+            return
+        at_end = splines.reference(
+            path.knots,
+            path.coefficients,
+            self._clock,
+            dt,
+            scale,
+            self._limits,
+            self._path_state,
+            self._out,
+        )
+        if q is not None and self.config.path_tolerance and self._off_path(q):
+            return
+        if at_end:
+            self._at_end(now_ns, q)
+        elif self.chain.halting and scale == 0.0:
+            self._finish("stopped as asked")
+
+    def _off_path(self, q: FloatArray) -> bool:
+        error = np.abs(q - self.q_ref)
+        joint = int(error.argmax())
+        if error[joint] <= self.config.path_tolerance:
+            return False
+        self._finish(f"{self._robot.joint_names[joint]} left its path by {error[joint]:.4f} rad")
+        self.hold(q)
+        return True
+
+    def _at_end(self, now_ns: int, q: FloatArray | None) -> None:
+        tolerance = self.config.goal_tolerance
+        if q is None or not tolerance or (error := np.abs(q - self.q_ref)).max() <= tolerance:
+            self._finish("end reached")
+            return
+        if self._ended_ns is None:
+            self._ended_ns = now_ns
+        if now_ns - self._ended_ns >= self.config.goal_time * 1e9:
+            joint = int(error.argmax())
+            name = self._robot.joint_names[joint]
+            self._finish(f"{name} missed the end by {error[joint]:.4f} rad")
+
+    def _finish(self, outcome: str) -> None:
+        self.outcome = outcome
+        self.chain.motion_ended()
+        self.hold(self.q_ref.copy())
+
+    def _replace(self, path: SplinePath) -> None:
+        stamp = path.stamp_ns or self._now_ns
+        now = (self._now_ns - stamp) * 1e-9  # on the new path's clock
+        first = float(path.knots[0])
+        if path.knots[-1] < now:
+            raise DataError(
+                f"trajectory ended {now - path.knots[-1]:.3f} s ago", expected="an end in the future"
+            )
+        if now - first > self.config.max_lateness:
+            raise DataError(
+                f"trajectory began {now - first:.3f} s ago",
+                expected=f"a first point at most {self.config.max_lateness} s late",
+            )
+        old = self._path_state.copy()  # the path's own velocity, not the scaled one
+        join = first
+        if first < now + self.config.blend_time:
+            gap = np.abs(old[0] - path.at(max(now, first))[0]) / self._limits[2]
+            join = max(first, now + max(self.config.blend_time, 2.0 * float(gap.max())))
+        knots, coefficients = _joined(path, now, old, join)
+        check_limits(coefficients[:1], knots[:2], self._robot, "the blend to the trajectory")
+        self._measure_handover(path, max(first, now), max(first - now, 0.0))
+        self._path = SplinePath(stamp, knots, coefficients, path.smooth)
+        self._clock[0] = now
+        self._clock[2] = 0.0
+        self._ended_ns = None
+        self.stamp_ns = stamp
+
+    def _measure_handover(self, path: SplinePath, new_time: float, ahead: float) -> None:
+        if self._path is None:
+            self._clock[1] = self.chain.scale
+            self.handover_jump_position = self.handover_jump_velocity = 0.0
+            return
+        rate = float(self._clock[1])
+        old = self._path.at(float(self._clock[0]) + rate * ahead)
+        new = path.at(new_time)
+        jump = np.abs(old[:2] - new[:2]).max(axis=1)
+        self.handover_jump_position = max(self.handover_jump_position, float(jump[0]))
+        self.handover_jump_velocity = max(self.handover_jump_velocity, rate * float(jump[1]))
+
+
+def _joined(
+    path: SplinePath, now: float, state: FloatArray, join: float
+) -> tuple[FloatArray, FloatArray]:
+    """A path that begins now in a given state and follows ``path`` from ``join`` on.
+
+    Args:
+        path: The path to join.
+        now: Time now on the path's clock [s].
+        state: Position, velocity, acceleration now (3, 7), in path time.
+        join: Where the blend ends, on the path's clock [s], after now.
+
+    Returns:
+        Knots (S + 1,) and coefficients (S, 7, 6).
+    """
+    later = np.flatnonzero(path.knots[1:] > join)
+    target = path.at(join)
+    times = np.array([now, join])
+    position, velocity, acceleration = (np.stack(pair) for pair in zip(state, target, strict=True))
+    if path.smooth:
+        blend = splines.quintic(times, position, velocity, acceleration)
+    else:
+        blend = splines.cubic(times, position, velocity)
+    if not len(later):
+        return times, blend
+    segment = int(later[0])
+    rest = path.coefficients[segment:].copy()
+    rest[0] = _shifted(rest[0], join - float(path.knots[segment]))
+    knots = np.concatenate((times, path.knots[segment + 1 :]))
+    return knots, np.ascontiguousarray(np.concatenate((blend, rest)))
+
+
+def _shifted(coefficients: FloatArray, offset: float) -> FloatArray:
+    """Coefficients (7, 6) of the same polynomials about a later origin [s]."""
+    if offset == 0.0:
+        return coefficients
+    result = coefficients.copy()
+    # Repeated synthetic division: Taylor shift.
+    for start in range(splines.DEGREES - 1):
+        for k in range(splines.DEGREES - 2, start - 1, -1):
+            result[:, k] += offset * result[:, k + 1]
+    return result

@@ -1,0 +1,285 @@
+"""Set-up of the project's environment: standard library only, run by scripts/setup.
+
+Four steps, each remembered by a stamp that is written when the step is complete: virtual environment,
+locked requirements, colcon build of ros_ws, compiled kernels. A step runs again when what it depends
+on has changed, so an interrupted set-up goes on where it stopped.
+"""
+
+from __future__ import annotations
+
+import argparse
+import fcntl
+import hashlib
+import json
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+VENV = ROOT / ".venv"
+STAMPS = VENV / ".setup.json"
+SOURCES = ROOT / "ros_ws" / "src"
+REQUIREMENTS = ROOT / "requirements"
+PYTHON_PACKAGES = ("hri_prediction", "hri_planner", "hri_sim")
+SYSTEM_ROS = Path(os.environ.get("HRI_SYSTEM_ROS", "/opt/ros/jazzy"))
+
+
+class SetupError(Exception):
+    """One clear line for the user."""
+
+
+def say(text: str) -> None:
+    """One line of progress on stderr: stdout belongs to the caller."""
+    print(f"setup: {text}", file=sys.stderr, flush=True)
+
+
+def hash_files(paths: list[Path]) -> str:
+    """Hash of names and contents; missing files count as empty."""
+    digest = hashlib.sha256()
+    for path in sorted(paths):
+        digest.update(str(path.relative_to(ROOT)).encode() + b"\0")
+        if path.is_file():
+            digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def source_files(package: str) -> list[Path]:
+    """Files of one ROS package that decide what gets installed."""
+    return [
+        path
+        for path in (SOURCES / package).rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts and ".egg-info" not in str(path)
+    ]
+
+
+def uses_system_ros() -> bool:
+    """Whether a ROS 2 Jazzy installation is sourced in this shell."""
+    return os.environ.get("ROS_DISTRO") == "jazzy" and str(SYSTEM_ROS) in os.environ.get(
+        "AMENT_PREFIX_PATH", ""
+    )
+
+
+def read_stamps() -> dict[str, str]:
+    """Stamps of the steps that were completed."""
+    try:
+        stamps = json.loads(STAMPS.read_text())
+    except (OSError, ValueError):
+        return {}
+    return stamps if isinstance(stamps, dict) else {}
+
+
+def write_stamp(name: str, value: str) -> None:
+    """Remember a completed step, atomically."""
+    stamps = read_stamps() | {name: value}
+    temporary = STAMPS.with_suffix(".tmp")
+    temporary.write_text(json.dumps(stamps, indent=1))
+    temporary.replace(STAMPS)
+
+
+def run(command: list[str], what: str, hints: dict[str, str], env: dict[str, str]) -> None:
+    """Run a command with its output in .venv/setup.log.
+
+    Raises:
+        SetupError: in one line, with the hint whose key stands in the output.
+    """
+    log = VENV / "setup.log"
+    with log.open("ab") as stream:
+        stream.write(f"\n$ {' '.join(command)}\n".encode())
+        stream.flush()
+        start = stream.tell()
+        process = subprocess.run(
+            command, stdout=stream, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, env=env
+        )
+    if process.returncode == 0:
+        return
+    with log.open("rb") as stream:
+        stream.seek(start)
+        output = stream.read().decode(errors="replace")
+    for key, hint in hints.items():
+        if key in output:
+            raise SetupError(f"{what} failed: {hint} (details: {log})")
+    lines = [line.strip() for line in output.splitlines() if line.strip()]
+    last = next((line for line in reversed(lines) if "error" in line.lower()), lines[-1] if lines else "")
+    raise SetupError(f"{what} failed: {last[:200]} (details: {log})")
+
+
+def environment(system_ros: bool) -> dict[str, str]:
+    """Environment for the environment's own programs."""
+    env = dict(os.environ)
+    for name in ("PYTHONHOME", "PYTHONPATH", "_ROS_WHEELS_BOOTSTRAP_COMPLETE"):
+        if name != "PYTHONPATH" or not system_ros:
+            env.pop(name, None)
+    env["VIRTUAL_ENV"] = str(VENV)
+    env["PATH"] = f"{VENV / 'bin'}{os.pathsep}{env.get('PATH', '')}"
+    env["PIP_DISABLE_PIP_VERSION_CHECK"] = "1"
+    prefixes = [str(VENV)]
+    if system_ros:
+        prefixes.append(env["AMENT_PREFIX_PATH"])
+    env["AMENT_PREFIX_PATH"] = env["CMAKE_PREFIX_PATH"] = os.pathsep.join(prefixes)
+    return env
+
+
+def check_compiler() -> None:
+    """A C and C++ compiler and Python's headers are the only things wanted from the system."""
+    missing = [
+        name
+        for name, choices in {"a C compiler": ("cc", "gcc", "clang"), "a C++ compiler": ("c++", "g++", "clang++")}.items()
+        if not any(shutil.which(choice) for choice in choices)
+    ]
+    if missing:
+        raise SetupError(f"{' and '.join(missing)} not found; run: sudo apt-get install build-essential")
+    header = Path(sysconfig.get_paths()["include"]) / "Python.h"
+    if not header.exists():
+        version = f"{sys.version_info.major}.{sys.version_info.minor}"
+        raise SetupError(f"{header} not found; run: sudo apt-get install python{version}-dev")
+
+
+def make_venv(system_ros: bool) -> None:
+    """Create .venv, or make it anew when it is broken or of another kind."""
+    kind = f"{sys.version_info.major}.{sys.version_info.minor} system_ros={system_ros}"
+    python = VENV / "bin" / "python"
+    works = python.exists() and (
+        subprocess.run([str(python), "-m", "pip", "--version"], capture_output=True).returncode == 0
+    )
+    if works and read_stamps().get("venv") == kind:
+        return
+    if VENV.exists():
+        say("the environment in .venv is incomplete or of another kind: making it anew")
+        shutil.rmtree(VENV)
+    say(f"making .venv with Python {kind.split()[0]}" + (f" beside {SYSTEM_ROS}" if system_ros else ""))
+    command = [sys.executable, "-m", "venv", str(VENV)]
+    if system_ros:
+        command.append("--system-site-packages")
+    process = subprocess.run(command, capture_output=True, text=True)
+    if process.returncode != 0:
+        shutil.rmtree(VENV, ignore_errors=True)
+        version = f"{sys.version_info.major}.{sys.version_info.minor}"
+        raise SetupError(
+            f"cannot make a virtual environment; run: sudo apt-get install python{version}-venv"
+            f" ({(process.stderr or process.stdout).strip().splitlines()[-1:]})"
+        )
+    write_stamp("venv", kind)
+
+
+def install_requirements(system_ros: bool, dev: bool, env: dict[str, str]) -> None:
+    """Install the locked requirements."""
+    runtime = REQUIREMENTS / ("runtime_system_ros.txt" if system_ros else "runtime.txt")
+    steps = [("runtime", runtime)]
+    if dev:
+        steps.append(("dev", REQUIREMENTS / "dev.txt"))
+    hints = {
+        "No matching distribution": "the package index does not offer a locked version; check the network and pip's index settings",
+        "Could not find a version": "the package index does not offer a locked version; check the network and pip's index settings",
+        "Temporary failure in name resolution": "no network: cannot reach the package index; connect and run again",
+        "NewConnectionError": "no network: cannot reach the package index; connect and run again",
+        "ConnectTimeoutError": "no network: cannot reach the package index; connect and run again",
+        "No space left": "the disk is full; about 2 GB are needed",
+    }
+    for name, path in steps:
+        stamp = hash_files([path])
+        if read_stamps().get(name) == stamp:
+            continue
+        say(f"installing {name} requirements (a few minutes the first time)")
+        # The connection hints stand before "No matching distribution" in pip's output, so look for them first.
+        ordered = dict(sorted(hints.items(), key=lambda item: "index does not offer" in item[1]))
+        command = [str(VENV / "bin" / "python"), "-m", "pip", "install", "--retries", "2", "-r", str(path)]
+        run(command, f"installing {path.name}", ordered, env)
+        write_stamp(name, stamp)
+
+
+def remove_installed(packages: list[str]) -> None:
+    """Remove our own installed packages: a rebuild does not delete modules that are gone."""
+    for package in packages:
+        for path in (
+            *VENV.glob(f"lib/python3*/site-packages/{package}"),
+            *VENV.glob(f"lib/python3*/site-packages/{package}-*"),
+            VENV / "share" / package,
+            VENV / "lib" / package,
+            VENV / "include" / package,
+            ROOT / "ros_ws" / "build" / package,
+        ):
+            if path.is_dir():
+                shutil.rmtree(path)
+
+
+def build_workspace(env: dict[str, str]) -> None:
+    """Build with colcon what has changed, into .venv."""
+    stamps = read_stamps()
+    requirements = stamps["runtime"]
+    wanted = {
+        package: hashlib.sha256((requirements + hash_files(source_files(package))).encode()).hexdigest()
+        for package in ("hri_msgs", *PYTHON_PACKAGES)
+    }
+    changed = [package for package, stamp in wanted.items() if stamps.get(package) != stamp]
+    if not changed:
+        return
+    if "hri_msgs" in changed:
+        check_compiler()
+    say(f"building {', '.join(changed)}")
+    remove_installed(changed)
+    ros_ws = ROOT / "ros_ws"
+    colcon = shutil.which("colcon", path=env["PATH"])
+    if colcon is None:
+        raise SetupError("colcon not found; run: sudo apt-get install python3-colcon-common-extensions")
+    command = [
+        colcon, "--log-base", str(ros_ws / "log"), "build", "--base-paths", str(SOURCES),
+        "--build-base", str(ros_ws / "build"), "--install-base", str(VENV), "--merge-install",
+        "--packages-select", *changed, "--cmake-args", "-DBUILD_TESTING=OFF", "-DCMAKE_BUILD_TYPE=Release",
+        f"-DPython3_EXECUTABLE={VENV / 'bin' / 'python'}",
+    ]  # fmt: skip
+    if (VENV / "bin" / "ninja").exists():
+        command += ["-GNinja"]
+    run(command, "colcon build", {"No space left": "the disk is full"}, env)
+    for package, stamp in wanted.items():
+        write_stamp(package, stamp)
+
+
+def warm_kernels(env: dict[str, str]) -> None:
+    """Compile the kernels once, so that no node has to do so while it runs."""
+    stamps = read_stamps()
+    stamp = "".join(stamps[package][:8] for package in PYTHON_PACKAGES)
+    if stamps.get("kernels") == stamp:
+        return
+    say("compiling kernels")
+    code = "import hri_planner.warm as w; w.warm_kernels()"
+    run([str(VENV / "bin" / "python"), "-c", code], "compiling kernels", {}, env)
+    write_stamp("kernels", stamp)
+
+
+def main() -> int:
+    """Run the steps that are due."""
+    parser = argparse.ArgumentParser(prog="setup", description=__doc__.split("\n\n")[0])
+    parser.add_argument("--dev", action="store_true", help="also what tests and linters need")
+    arguments = parser.parse_args()
+    start = time.monotonic()
+    system_ros = uses_system_ros()
+    try:
+        lock_path = ROOT / ".setup.lock"
+        with lock_path.open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            before = read_stamps()
+            make_venv(system_ros)
+            env = environment(system_ros)
+            install_requirements(system_ros, arguments.dev, env)
+            build_workspace(env)
+            warm_kernels(env)
+        if read_stamps() != before:
+            say(f"ready after {time.monotonic() - start:.0f} s")
+    except SetupError as error:
+        print(f"setup: {error}", file=sys.stderr)
+        return 1
+    except OSError as error:
+        print(f"setup: {error.strerror}: {error.filename}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("setup: interrupted; run it again to go on", file=sys.stderr)
+        return 130
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
