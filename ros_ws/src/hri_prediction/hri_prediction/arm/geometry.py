@@ -41,6 +41,7 @@ class ArmRadii:
     hand: float = 0.05
 
     def __post_init__(self) -> None:
+        """Check the values."""
         for name in ("upper", "forearm", "hand"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):

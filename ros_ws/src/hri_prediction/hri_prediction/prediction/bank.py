@@ -121,10 +121,10 @@ def mix_bank(
     out_mean: Array,
     out_cov: Array,
 ) -> None:
-    """Moments of the mixture at ``elapsed + k step``: ``out_mean`` (K, 6), ``out_cov`` (K, 2, 3, 3).
+    """Moments of the mixture at ``elapsed + k step``.
 
-    Args:
-        weights: (H,) normalised; zero leaves a hypothesis out.
+    ``weights`` (H,) are normalised, and zero leaves a hypothesis out; written are ``out_mean``
+    (K, 6) and ``out_cov`` (K, 2, 3, 3).
     """
     points = out_mean.shape[0]
     row = np.empty(centres.shape[0])
@@ -298,7 +298,9 @@ class HypothesisBank:
 
     def task_probabilities(self) -> Array:
         """(tasks,) probabilities in the order of ``prior.names``."""
-        return np.bincount(self.prior.tasks, self.weights, minlength=len(self.prior.names))
+        count = len(self.prior.names)
+        shares = np.bincount(self.prior.tasks, self.weights, minlength=count)
+        return np.asarray(shares, dtype=float)
 
     def duration(self) -> tuple[float, float]:
         """Posterior mean and standard deviation of the duration, seconds."""

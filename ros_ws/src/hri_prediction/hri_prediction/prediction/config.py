@@ -27,19 +27,32 @@ class PredictorConfig:
         31, "points that a demonstration is resampled to", low=5, high=500
     )
     prior_strength: float = parameter(
-        4.0, "demonstrations that the prior covariance counts for", low=0.01
+        3.0, "demonstrations that the prior covariance counts for", low=0.01
     )
     prior_sd: float = parameter(
-        0.03, "spread between reaches expected before any is seen", unit="m", low=1e-4
+        0.015, "spread between reaches expected before any is seen", unit="m", low=1e-4
+    )
+    prior_sd_strength: float = parameter(
+        0.5, "demonstrations that prior_sd counts for against the spread seen", low=0.0
+    )
+    person_correlation: float = parameter(
+        0.8,
+        "how alike one person's reaches are in a library of several persons (0 independent, "
+        "1 the same); larger makes regions for a new person wider",
+        low=0.0,
+        high=1.0,
     )
     smoothness: float = parameter(
-        0.4, "phase over which deviations stay alike; larger lets the start say more about the end",
-        low=0.01, high=10.0,
+        0.4,
+        "phase over which deviations stay alike; larger lets the start say more about the end",
+        low=0.01,
+        high=10.0,
     )
     noise_sd: float = parameter(
-        0.004,
+        0.0032,
         "smallest deviation of a sample from a hypothesis (noise, misfit); larger reacts slower",
-        unit="m", low=1e-4,
+        unit="m",
+        low=1e-4,
     )
     min_demonstrations: int = parameter(1, "fewer than this make no task", low=1)
     # -- hypotheses
@@ -48,19 +61,26 @@ class PredictorConfig:
         2.2, "half width of the duration grid, in standard deviations of log duration", low=0.1
     )
     min_duration_cv: float = parameter(
-        0.12, "smallest relative standard deviation of a task's duration", low=0.01, high=2.0
+        0.1, "smallest relative standard deviation of a task's duration", low=0.01, high=2.0
     )
     update_interval: float = parameter(
-        0.02, "time between filter updates; neighbouring samples share their errors", unit="s",
-        low=0.001, high=0.2,
+        0.02,
+        "time between filter updates; neighbouring samples share their errors",
+        unit="s",
+        low=0.001,
+        high=0.2,
     )
     evidence_weight: float = parameter(
-        0.3, "share of each log likelihood that counts: below 1 because misfit is correlated",
-        low=0.001, high=1.0,
+        1.0,
+        "share of each log likelihood that counts; below 1 makes up for correlated misfit",
+        low=0.001,
+        high=1.0,
     )
     switching: float = parameter(
-        0.005, "probability per update of falling back to the prior, so that beliefs can change",
-        low=0.0, high=0.5,
+        0.005,
+        "probability per update of falling back to the prior, so that beliefs can change",
+        low=0.0,
+        high=0.5,
     )
     unknown_probability: float = parameter(
         0.05, "prior probability that a reach is none of the library's tasks", low=1e-6, high=1.0
@@ -68,10 +88,18 @@ class PredictorConfig:
     unknown_sd: float = parameter(
         0.25, "spread of the displacement of an unknown reach", unit="m", low=0.01
     )
-    unknown_duration: float = parameter(0.9, "typical duration of an unknown reach", unit="s",
-                                        low=0.1)
+    unknown_duration: float = parameter(
+        0.9, "typical duration of an unknown reach", unit="s", low=0.1
+    )
     inflation: float = parameter(
         1.0, "factor on the predicted covariance (calibration)", low=0.01, high=100.0
+    )
+    pace_sd: float = parameter(
+        0.07,
+        "uncertainty of the pace to come, relative: widens predictions along the direction of "
+        "motion by pace_sd * horizon * speed",
+        low=0.0,
+        high=1.0,
     )
     anchor_time: float = parameter(
         0.1, "time over which the offset between newest sample and model fades", unit="s", low=0.0
@@ -98,8 +126,9 @@ class PredictorConfig:
     buffer_time: float = parameter(
         0.5, "samples kept for the back-dated start of a reach", unit="s", low=0.05, high=5.0
     )
-    on_speed: float = parameter(0.12, "wrist speed above which a reach has begun", unit="m/s",
-                                low=0.001)
+    on_speed: float = parameter(
+        0.12, "wrist speed above which a reach has begun", unit="m/s", low=0.001
+    )
     onset_speed: float = parameter(
         0.04, "wrist speed at which onset and end are placed", unit="m/s", low=0.0005
     )
@@ -108,8 +137,13 @@ class PredictorConfig:
     min_reach: float = parameter(0.25, "shorter movements are no reaches", unit="s", low=0.0)
     # -- input checks
     stale_time: float = parameter(
-        0.1, "longest time without a usable sample; then the prediction is invalid", unit="s",
+        0.1,
+        "longest time without a usable sample; then the prediction is invalid",
+        unit="s",
         low=0.005,
+    )
+    max_gap: float = parameter(
+        0.3, "longest time without a wrist that a reach survives", unit="s", low=0.005
     )
     max_speed: float = parameter(6.0, "faster motion is a jump", unit="m/s", low=0.1)
     jump_allowance: float = parameter(
@@ -118,9 +152,7 @@ class PredictorConfig:
     length_tolerance: float = parameter(
         0.3, "relative deviation of a segment length that is still plausible", low=0.01, high=2.0
     )
-    max_reach: float = parameter(
-        1.1, "largest distance from shoulder to wrist", unit="m", low=0.1
-    )
+    max_reach: float = parameter(1.1, "largest distance from shoulder to wrist", unit="m", low=0.1)
 
     def __post_init__(self) -> None:
         validate(self)
@@ -135,7 +167,7 @@ class PredictorConfig:
             onset_speed=self.onset_speed,
             rest_time=self.rest_time,
             min_duration=self.min_reach,
-            max_gap=self.stale_time,
+            max_gap=self.max_gap,
             max_back_date=min(0.4, self.buffer_time),
         )
 
@@ -146,6 +178,7 @@ class PredictorConfig:
             weights_per_dim=self.weights_per_dim,
             prior_strength=self.prior_strength,
             prior_sd=self.prior_sd,
+            prior_sd_strength=self.prior_sd_strength,
             smoothness=self.smoothness,
             noise_floor=self.noise_sd,
         )

@@ -8,8 +8,8 @@ the movement, while it does not matter where the person sits.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -186,32 +186,43 @@ def learn_task(
     side: str,
     demonstrations: list[Demonstration],
     durations: Array,
+    subjects: Sequence[str],
     config: PredictorConfig,
 ) -> TaskModel:
-    """Learn one task from its reaches and their durations (N,)."""
-    promp = learn(demonstrations, config.learning)
+    """Learn one task from its reaches, their durations (N,) and who did them.
+
+    With several subjects the library is meant for a new one: a person's reaches resemble each
+    other, so they count for fewer independent ones (`person_correlation`).
+    """
+    weights = np.ones(len(demonstrations))
+    if len(set(subjects)) > 1:
+        sizes = np.array([subjects.count(s) for s in subjects], dtype=float)
+        weights = 1.0 / (1.0 + (sizes - 1.0) * config.person_correlation)
+    promp = learn(
+        [replace(d, weight=float(w)) for d, w in zip(demonstrations, weights, strict=True)],
+        config.learning,
+    )
     rows = promp.basis.values(demonstrations[0].phases)
     projector = np.linalg.qr(rows)[0]
     residuals = [d.values - projector @ (projector.T @ d.values) for d in demonstrations]
     logs = np.log(durations)
-    count = logs.size
+    total = float(weights.sum())
+    log_mean = float(weights @ logs) / total
     # Shrunk towards the smallest spread by one pseudo-observation, widened for the mean's error.
-    spread = float(np.sum((logs - logs.mean()) ** 2)) + config.min_duration_cv**2
-    log_sd = math.sqrt(spread / count * (1.0 + 1.0 / count))
+    spread = float(weights @ (logs - log_mean) ** 2) + config.min_duration_cv**2
+    log_sd = math.sqrt(spread / (total + 1.0) * (1.0 + 1.0 / total))
     return TaskModel(
         name=name,
         side=side,
         promp=promp,
-        duration_mean_s=float(np.exp(logs.mean())),
+        duration_mean_s=math.exp(log_mean),
         duration_log_sd=max(log_sd, config.min_duration_cv),
-        demonstrations=count,
+        demonstrations=logs.size,
         residual_m=float(np.sqrt(np.mean(np.square(residuals)))),
     )
 
 
-def train_library(
-    tracks: Iterable[ArmTrack], config: PredictorConfig | None = None
-) -> TaskLibrary:
+def train_library(tracks: Iterable[ArmTrack], config: PredictorConfig | None = None) -> TaskLibrary:
     """Learn a library from tracks that each hold one or more reaches, named by ``track.task``.
 
     Left and right arms make separate tasks.

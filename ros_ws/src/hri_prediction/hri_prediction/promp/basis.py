@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class PhaseBasis:
-    """The basis :math:`\\phi(z)` of one dimension.
+    r"""The basis :math:`\phi(z)` of one dimension.
 
     Args:
         count: Number W of functions, at least 2. More follow sharper motion, but need more
@@ -74,7 +74,7 @@ class PhaseBasis:
 
 @njit
 def basis_row(phase: float, centres: Array, variance: float, out: Array) -> None:
-    """Write the activations at one phase into ``out`` (W,); compiled twin of `PhaseBasis.values`."""
+    """Write the activations at one phase into ``out`` (W,): compiled `PhaseBasis.values`."""
     count = centres.shape[0]
     largest = -1e300
     for i in range(count):

@@ -45,7 +45,9 @@ class LearningConfig:
         low=1e-3,
     )
     prior_sd: float = parameter(
-        0.03, "standard deviation between demonstrations expected before any is seen", unit="m",
+        0.03,
+        "standard deviation between demonstrations expected before any is seen",
+        unit="m",
         low=1e-5,
     )
     prior_sd_strength: float = parameter(
@@ -55,8 +57,10 @@ class LearningConfig:
         0.4, "phase over which the prior's deviations stay alike", low=0.01, high=10.0
     )
     independent_fraction: float = parameter(
-        0.02, "share of the prior's variance that is independent from weight to weight",
-        low=1e-6, high=1.0,
+        0.02,
+        "share of the prior's variance that is independent from weight to weight",
+        low=1e-6,
+        high=1.0,
     )
     noise_floor: float = parameter(
         0.002, "smallest observation noise (standard deviation)", unit="m", low=1e-6
@@ -127,14 +131,13 @@ def smooth_covariance(basis: PhaseBasis, dims: int, config: LearningConfig) -> A
     smooth = np.exp(-0.5 * (gap / config.smoothness) ** 2)
     share = config.independent_fraction
     block = (1.0 - share) * smooth + share * np.eye(basis.count)
-    return np.kron(np.eye(dims), block)
+    return np.asarray(np.kron(np.eye(dims), block), dtype=float)
 
 
 def default_prior(fitted: Array, basis: PhaseBasis, config: LearningConfig) -> WeightPrior:
-    """Prior whose spread is that of the ``fitted`` weights (N, D * W), or ``prior_sd`` without any.
+    """Prior whose spread is that of the ``fitted`` weights (N, D * W).
 
-    Hierarchical: the spread itself is shrunk towards ``prior_sd`` as long as demonstrations are
-    few.
+    Hierarchical: the spread itself is shrunk towards ``prior_sd`` while demonstrations are few.
     """
     count, size = fitted.shape
     spread = float(np.mean(np.var(fitted, axis=0))) * count if count > 1 else 0.0
@@ -151,10 +154,10 @@ def learn(
     config: LearningConfig | None = None,
     prior: WeightPrior | None = None,
 ) -> ProMP:
-    """Learn the weight distribution by EM.
+    r"""Learn the weight distribution by EM.
 
     The returned covariance is that of the *next* demonstration: it includes what a mean of N
-    demonstrations leaves open, :math:`\\Sigma (1 + 1/(\\kappa_0 + N))`.
+    demonstrations leaves open, :math:`\Sigma (1 + 1/(\kappa_0 + N))`.
 
     Args:
         demonstrations: At least one.

@@ -12,6 +12,7 @@ from __future__ import annotations
 import json
 import math
 import zipfile
+import zlib
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,21 @@ from hri_prediction.promp.basis import PhaseBasis
 
 Array = NDArray[np.float64]
 FORMAT = "hri-promp-1"
+
+# All that numpy and zipfile raise on files whose bits were changed at random.
+_UNREADABLE = (
+    OSError,
+    ValueError,
+    KeyError,
+    EOFError,
+    AttributeError,
+    TypeError,
+    MemoryError,
+    OverflowError,
+    RuntimeError,
+    zipfile.BadZipFile,
+    zlib.error,
+)
 
 
 def _frozen(array: ArrayLike) -> Array:
@@ -208,9 +224,7 @@ class ProMP:
         observed = np.asarray(values, dtype=float)
         observed = observed[None, :] if observed.ndim == 1 else observed
         if observed.shape != (times.size, self.dims):
-            raise DataError(
-                f"values {observed.shape}", expected=f"shape {(times.size, self.dims)}"
-            )
+            raise DataError(f"values {observed.shape}", expected=f"shape {(times.size, self.dims)}")
         seen = np.isfinite(observed)
         if mask is not None:
             seen = seen & np.broadcast_to(np.asarray(mask, dtype=bool), observed.shape)
@@ -260,14 +274,17 @@ class ProMP:
             DataError: if something is missing or does not fit together.
         """
         try:
-            return ProMP(
+            model = ProMP(
                 PhaseBasis(int(header["count"]), float(header["overlap"])),
                 arrays[f"{prefix}mean"],
                 arrays[f"{prefix}covariance"],
                 arrays[f"{prefix}noise"],
             )
-        except (KeyError, TypeError, ValueError) as error:
+        except (KeyError, TypeError, ValueError, IndexError) as error:
             raise DataError(f"a ProMP lacks or garbles {error}") from error
+        cholesky(model.covariance, "stored weight covariance")
+        cholesky(model.noise, "stored observation noise")
+        return model
 
 
 def write_npz(path: str | Path, arrays: dict[str, Any], header: dict[str, Any]) -> None:
@@ -285,7 +302,7 @@ def read_npz(path: str | Path, expected_format: str) -> tuple[dict[str, Any], di
         with np.load(path, allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
         header = json.loads(str(arrays.pop("header")[()]))
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, AttributeError) as error:
+    except _UNREADABLE as error:
         text = " ".join(str(error).split())
         raise DataError(
             f"cannot read {path}: {text}", expected=f"a .npz of format {expected_format}"

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from std_msgs.msg import Header
 
 from hri_prediction.errors import DataError
-from hri_prediction.prediction.types import Prediction
+from hri_prediction.prediction.output import Prediction
 from hri_prediction.ros.messages import HumanArm, HumanPrediction
 from hri_prediction.ros.time import to_ns, to_time
 from hri_prediction.tracks.track import ArmSample

@@ -39,10 +39,17 @@ OK, WARN, ERROR, STALE = (
 class CountedPublisher:
     """A publisher that counts what it sends, so that a coordinator knows what must arrive."""
 
-    def __init__(self, publisher: Publisher) -> None:
+    def __init__(self, publisher: Publisher, message_type: Any, qos: QoSProfile) -> None:
         self._publisher = publisher
+        self.message_type = message_type
+        self.qos = qos
         self.topic: str = publisher.topic_name
         self.sent = 0
+
+    @property
+    def subscription_count(self) -> int:
+        """Number of subscriptions that the middleware has matched."""
+        return int(self._publisher.get_subscription_count())
 
     def publish(self, message: Any) -> None:
         """Publish one message."""
@@ -55,8 +62,9 @@ class HriNode(Node):
 
     Args:
         name: Node name.
-        period_s: Period of the tick [s]; 0 when another loop calls :meth:`tick`.
-        lockstep: No timer and no own clock: a coordinator calls :meth:`tick`.
+        period_s: Period of the tick [s]; 0 when :meth:`set_period` follows.
+        lockstep_ns: Time before the first tick [ns], in lock-step: no timer and no own clock, a
+            coordinator calls :meth:`tick`. None: the node's own clock and timer.
         context: rclpy context; the default one when not given.
         kwargs: For :class:`rclpy.node.Node` (``namespace``, ``parameter_overrides``, …).
     """
@@ -66,26 +74,33 @@ class HriNode(Node):
         name: str,
         *,
         period_s: float,
-        lockstep: bool = False,
+        lockstep_ns: int | None = None,
         context: Context | None = None,
         **kwargs: Any,
     ) -> None:
         super().__init__(name, context=context, **kwargs)
-        self.lockstep = lockstep
+        self.lockstep = lockstep_ns is not None
         self.period_s = period_s
         self.received: dict[str, int] = {}
         self.publishers_by_topic: dict[str, CountedPublisher] = {}
         self._inbox: list[tuple[int, str, int, Any, Handler]] = []
         self._arrivals = 0
-        self._lockstep_now_ns = 0
+        self._lockstep_now_ns = lockstep_ns or 0
         self._tick_ms: deque[float] = deque(maxlen=1000)
         self._overruns = 0
         self._next_diagnostics_ns = 0
         self._faults: dict[str, tuple[int, str]] = {}
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        self._timer = (
-            None if lockstep or period_s <= 0 else self.create_timer(period_s, self._on_timer)
-        )
+        self._timer: Any = None
+        if period_s > 0:
+            self.set_period(period_s)
+
+    def set_period(self, period_s: float) -> None:
+        """Set the period of the tick [s], for nodes whose period is a parameter."""
+        self.period_s = period_s
+        if self._timer is not None:
+            self.destroy_timer(self._timer)
+        self._timer = None if self.lockstep else self.create_timer(period_s, self.tick)
 
     # ---------------------------------------------------------------- time
     def now_ns(self) -> int:
@@ -98,7 +113,7 @@ class HriNode(Node):
     def announce(self, message_type: Any, topic: str, qos: QoSProfile) -> CountedPublisher:
         """Create a publisher whose messages are counted."""
         publisher = self.create_publisher(message_type, topic, qos)
-        counted = CountedPublisher(publisher)
+        counted = CountedPublisher(publisher, message_type, qos)
         self.publishers_by_topic[counted.topic] = counted
         return counted
 
@@ -149,9 +164,6 @@ class HriNode(Node):
     def on_tick(self, now_ns: int) -> None:
         """Compute and publish; called once a tick, after the message handlers."""
         raise NotImplementedError
-
-    def _on_timer(self) -> None:
-        self.tick()
 
     def close(self) -> None:
         """Stop own threads and files; called once before the node is destroyed."""

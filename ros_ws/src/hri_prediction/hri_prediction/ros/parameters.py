@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from hri_prediction.config import from_mapping
 from hri_prediction.errors import ConfigError
@@ -18,6 +19,12 @@ ConfigT = TypeVar("ConfigT")
 # rclpy wants both ends of a range.
 _UNBOUNDED_FLOAT = 1e12
 _UNBOUNDED_INT = 2**53
+_ARRAYS = {
+    bool: Parameter.Type.BOOL_ARRAY,
+    int: Parameter.Type.INTEGER_ARRAY,
+    float: Parameter.Type.DOUBLE_ARRAY,
+    str: Parameter.Type.STRING_ARRAY,
+}
 
 
 def _descriptor(field: dataclasses.Field[Any], kind: Any) -> ParameterDescriptor:
@@ -67,7 +74,9 @@ def declare_config(
             continue
         name = f"{prefix}.{field.name}" if prefix else field.name
         default = getattr(base, field.name)
-        default = list(default) if isinstance(default, tuple) else default
+        if isinstance(default, tuple):
+            # rclpy cannot tell the type of an empty list: then declare the type alone.
+            default = list(default) or _ARRAYS[typing.get_args(hints[field.name])[0]]
         try:
             value = node.declare_parameter(
                 name, default, _descriptor(field, hints[field.name])
@@ -76,5 +85,7 @@ def declare_config(
             raise ConfigError(
                 f"parameter {name} of node {node.get_name()}: {' '.join(str(error).split())}"
             ) from error
-        values[field.name] = list(value) if not isinstance(value, str | int | float) else value
+        if value is None:
+            value = []
+        values[field.name] = value if isinstance(value, str | int | float) else list(value)
     return from_mapping(cls, values)

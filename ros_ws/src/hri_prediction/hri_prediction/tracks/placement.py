@@ -36,6 +36,7 @@ class Placement:
     yaw: float = 0.0
 
     def __post_init__(self) -> None:
+        """Check the values."""
         for name in ("x", "y", "z", "yaw"):
             value = getattr(self, name)
             if not math.isfinite(value):

@@ -8,8 +8,9 @@ freed of what noise adds to a norm (estimated from the residuals of the same lin
 
 A reach begins when the speed passes ``on_speed`` and is back-dated to where it left
 ``onset_speed``; it ends when the speed stays below ``onset_speed`` for ``rest_time``, back-dated to
-where that began. :func:`find_reaches` feeds a whole recording through the same code, so that
-training and prediction cut alike.
+where that began. A reach that follows without such a rest (there and back again) begins at the
+dip of the speed between the two. :func:`find_reaches` feeds a whole recording through the same
+code, so that training and prediction cut alike.
 """
 
 from __future__ import annotations
@@ -33,8 +34,11 @@ class SegmentationConfig:
     """Thresholds of the segmentation."""
 
     window: float = parameter(
-        0.1, "length of the regression; longer = calmer, but seen half of it later", unit="s",
-        low=0.02, high=1.0,
+        0.1,
+        "length of the regression; longer = calmer, but seen half of it later",
+        unit="s",
+        low=0.02,
+        high=1.0,
     )
     on_speed: float = parameter(0.12, "speed above which a reach has begun", unit="m/s", low=0.001)
     onset_speed: float = parameter(
@@ -45,6 +49,9 @@ class SegmentationConfig:
     )
     rest_time: float = parameter(
         0.12, "time below onset_speed before a reach has ended", unit="s", low=0.0, high=5.0
+    )
+    dip: float = parameter(
+        0.25, "a dip of the speed below this share of the peak parts two reaches", low=0.0, high=0.9
     )
     min_duration: float = parameter(
         0.25, "shorter movements are no reaches (offline)", unit="s", low=0.0
@@ -69,7 +76,8 @@ class Event:
     """What one sample changed.
 
     Args:
-        kind: "onset", "end" or "lost" (a gap inside a reach).
+        kind: "onset" (which also ends a reach that was under way), "end", or "lost" (a gap inside
+            a reach).
         time_s: When it happened, back-dated, on the clock of the samples.
     """
 
@@ -94,9 +102,8 @@ class Reach:
 def regression_speed(times: Array, points: Array) -> float:
     """Speed (m/s) of the line through ``points`` (n, 3) at ``times`` (n,), noise removed.
 
-    NaN with fewer than 4 samples or no spread of times. The noise of the slope is estimated from
-    the residuals, and only that part is subtracted which is certain to be noise (residuals also
-    hold curvature, whose share in the slope's variance is small for short windows).
+    NaN with fewer than 4 samples or no spread of times. The variance of the slope is estimated
+    from the residuals. They hold curvature too, but its share is small for short windows.
     """
     count = times.shape[0]
     if count < 4:
@@ -148,6 +155,7 @@ class ReachSegmenter:
         self._above: float | None = None
         self._below: float | None = None
         self._last: float | None = None
+        self._peak = self._low = self._low_time = 0.0
         self.moving = False
         self.onset_s = math.nan
         self.speed = math.nan
@@ -217,8 +225,13 @@ class ReachSegmenter:
         self.onset_s = self._back_dated_onset()
         self._above = None
         self._below = None
-        self._speeds.clear()
+        self._begin(middle)
         return Event("onset", self.onset_s)
+
+    def _begin(self, middle: float) -> None:
+        self._speeds.clear()
+        self._peak = self.speed
+        self._low, self._low_time = self.speed, middle
 
     def _back_dated_onset(self) -> float:
         """Where the speed last left ``onset_speed``, interpolated between samples."""
@@ -233,6 +246,16 @@ class ReachSegmenter:
         return later[0]
 
     def _end(self, middle: float) -> Event | None:
+        if self.speed > self._peak:
+            self._peak = self._low = self.speed
+        if self.speed <= self._low:
+            self._low, self._low_time = self.speed, middle
+        deep = self._low < self.config.dip * self._peak
+        if deep and self.speed > max(self.config.on_speed, 2.0 * self._low):
+            self.onset_s = self._low_time
+            self._below = None
+            self._begin(middle)
+            return Event("onset", self.onset_s)
         if self.speed >= self.config.onset_speed:
             self._below = None
             return None
@@ -277,12 +300,8 @@ def find_reaches(
             events.append(Event("end", last - 0.5 * settings.window))
     onset: float | None = None
     for event in events:
-        if event.kind == "onset":
-            onset = event.time_s
-        elif event.kind == "end" and onset is not None:
+        if onset is not None and event.kind != "lost":
             if event.time_s - onset >= settings.min_duration:
                 reaches.append(Reach(onset, event.time_s))
-            onset = None
-        else:
-            onset = None
+        onset = event.time_s if event.kind == "onset" else None
     return reaches

@@ -42,6 +42,7 @@ class ArmSample:
     side: str
 
     def __post_init__(self) -> None:
+        """Check the values, copy and freeze the arrays."""
         check_side(self.side)
         points = np.array(self.keypoints, dtype=np.float64)
         valid = np.array(self.valid, dtype=bool)
@@ -87,6 +88,7 @@ class ArmTrack:
     source: str = ""
 
     def __post_init__(self) -> None:
+        """Check the values, copy and freeze the arrays."""
         check_side(self.side)
         time = np.array(self.time_s, dtype=np.float64)
         points = np.array(self.keypoints, dtype=np.float64)

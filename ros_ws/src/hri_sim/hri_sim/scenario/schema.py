@@ -11,11 +11,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Literal
 
-import numpy as np
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from hri_prediction.errors import ConfigError
+from hri_sim.people.arm import ArmModel
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
@@ -24,9 +24,6 @@ Vector3 = tuple[Finite, Finite, Finite]
 Size3 = tuple[Positive, Positive, Positive]
 Posture = tuple[Finite, Finite, Finite, Finite, Finite, Finite, Finite]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
-
-FULL_STRETCH = 0.99
-"""Share of the arm's length that a target may be away from the shoulder: elbows never lock."""
 
 
 class _Model(BaseModel):
@@ -87,18 +84,16 @@ class PersonSpec(_Model):
     variability: NonNegative = 1.0
     speed_factor: Positive = 1.0
     swivel: Finite = 0.25
-    lift: NonNegative = 0.12
+    lift: NonNegative = 0.15
 
-    def can_reach(self, point: Vector3) -> bool:
-        """Whether the hand tip gets to ``point`` [m] with an elbow that is not locked."""
-        distance = float(np.linalg.norm(np.subtract(point, self.shoulder)))
-        outer = self.upper_arm + self.forearm + self.hand
-        inner = abs(self.upper_arm - self.forearm - self.hand)
-        return inner / FULL_STRETCH < distance < FULL_STRETCH * outer
+    @property
+    def arm(self) -> ArmModel:
+        """The arm that reaches."""
+        return ArmModel(self.side, self.shoulder, self.upper_arm, self.forearm, self.hand)
 
     @model_validator(mode="after")
     def _home_within_reach(self) -> PersonSpec:
-        if not self.can_reach(self.home):
+        if not self.arm.can_reach(self.home):
             raise ValueError(f"home {self.home} is out of reach of the arm at {self.shoulder}")
         return self
 
@@ -173,7 +168,7 @@ class Scenario(_Model):
             for name in {reach.person_target, *reach.person_candidates}:
                 if name not in self.targets:
                     raise ValueError(f"{where}: the person's target {name!r} is not in: {known}")
-                if not person.can_reach(self.targets[name]):
+                if not person.arm.can_reach(self.targets[name]):
                     raise ValueError(f"{where}: target {name!r} is out of reach of {person.id}")
         return self
 

@@ -1,24 +1,25 @@
-"""Trajectory controller: what ros2_control's joint_trajectory_controller does on Jazzy, without ROS.
+"""Trajectory controller: ros2_control's joint_trajectory_controller on Jazzy, without ROS.
 
-A new trajectory replaces the old one at once. Until its first point is due, the reference moves from
-the state last asked for to that point by a Hermite blend; then it follows the spline through the points
-(linear without velocities, cubic with them, quintic with accelerations too) and holds the last one.
-Trajectory time runs slower than the clock by the speed scale of the stop chain.
+A new trajectory replaces the old one at once. Until its first point is due, the reference moves
+from the state last asked for to that point by a Hermite blend; then it follows the spline through
+the points (linear without velocities, cubic with them, quintic with accelerations too) and holds
+the last one. Trajectory time runs slower than the clock by the speed scale of the stop chain.
 
-Where it is kinder than the original: a trajectory whose first point is due already is joined by a short
-blend instead of a step; speed limits slow the path instead of breaking it; positions outside the limits
-are refused; a stop is a ramp along the path.
+Where it is kinder than the original: a trajectory whose first point is due already is joined by a
+short blend instead of a step; speed limits slow the path instead of breaking it; positions outside
+the limits are refused; a stop is a ramp along the path.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hri_planner.robot.model import RobotModel
-from hri_prediction.config import parameter, validate
+from hri_prediction.config import parameter
 from hri_prediction.errors import DataError
 from hri_sim.simulator import splines
 from hri_sim.simulator.stopchain import StopChain, StopChainConfig
@@ -41,7 +42,11 @@ class ControllerConfig(StopChainConfig):
         high=3.2,
     )
     goal_tolerance: float = parameter(
-        0.0, "Largest error of a joint at the end of a motion; 0: off", unit="rad", low=0.0, high=3.2
+        0.0,
+        "Largest error of a joint at the end of a motion; 0: off",
+        unit="rad",
+        low=0.0,
+        high=3.2,
     )
     goal_time: float = parameter(
         0.5, "How long after its end a motion may take to meet goal_tolerance", unit="s", low=0.0
@@ -51,6 +56,13 @@ class ControllerConfig(StopChainConfig):
     )
     blend_time: float = parameter(
         0.02, "Shortest blend to a trajectory that has begun already", unit="s", low=0.001, high=0.5
+    )
+    blend_acceleration: float = parameter(
+        30.0,
+        "Acceleration by which such a blend bridges a difference; lower makes it longer",
+        unit="rad/s^2",
+        low=1.0,
+        high=1000.0,
     )
     max_lateness: float = parameter(
         0.1, "Oldest first point that is still joined; later ones are refused", unit="s", low=0.0
@@ -69,8 +81,8 @@ class TrajectoryController:
         qdd_ref: Reference acceleration (7,) [rad/s^2], updated in place.
         outcome: How the last motion ended ("" before the first).
         rejection: Why the newest trajectory was refused; empty when it was accepted.
-        handover_jump_position: Largest step between old and new plan at a hand-over, |old plan at the
-            time of the new plan's first point - first point|, since the motion began [rad].
+        handover_jump_position: Largest step between old and new plan at a hand-over, |old plan at
+            the time of the new plan's first point - first point|, since the motion began [rad].
         handover_jump_velocity: The same of the velocities [rad/s].
         stamp_ns: Stamp of the active (or last) trajectory [ns]; 0 before the first.
     """
@@ -244,7 +256,8 @@ class TrajectoryController:
         first = float(path.knots[0])
         if path.knots[-1] < now:
             raise DataError(
-                f"trajectory ended {now - path.knots[-1]:.3f} s ago", expected="an end in the future"
+                f"trajectory ended {now - path.knots[-1]:.3f} s ago",
+                expected="an end in the future",
             )
         if now - first > self.config.max_lateness:
             raise DataError(
@@ -254,8 +267,7 @@ class TrajectoryController:
         old = self._path_state.copy()  # the path's own velocity, not the scaled one
         join = first
         if first < now + self.config.blend_time:
-            gap = np.abs(old[0] - path.at(max(now, first))[0]) / self._limits[2]
-            join = max(first, now + max(self.config.blend_time, 2.0 * float(gap.max())))
+            join = max(first, now + self._bridging_time(path, now))
         knots, coefficients = _joined(path, now, old, join)
         check_limits(coefficients[:1], knots[:2], self._robot, "the blend to the trajectory")
         self._measure_handover(path, max(first, now), max(first - now, 0.0))
@@ -264,6 +276,22 @@ class TrajectoryController:
         self._clock[2] = 0.0
         self._ended_ns = None
         self.stamp_ns = stamp
+
+    def _bridging_time(self, path: SplinePath, now: float) -> float:
+        """How long a blend to a path that begins about now should take [s]."""
+        begin = max(now, float(path.knots[0]))
+        old = self._path_state
+        if self._path is not None:
+            old = self._path.at(float(self._clock[0]) + begin - now)
+        gap = np.abs(old[:2] - path.at(begin)[:2])
+        strongest = self.config.blend_acceleration
+        # Quintic from rest to rest: 5.8 d / T^2 and 1.9 d / T; change of speed: 1.5 dv / T.
+        return max(
+            self.config.blend_time,
+            math.sqrt(5.8 * float(gap[0].max()) / strongest),
+            2.0 * float((gap[0] / self._limits[2]).max()),
+            1.5 * float(gap[1].max()) / strongest,
+        )
 
     def _measure_handover(self, path: SplinePath, new_time: float, ahead: float) -> None:
         if self._path is None:

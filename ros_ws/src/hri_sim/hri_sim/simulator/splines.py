@@ -38,21 +38,23 @@ def cubic(time_s: FloatArray, position: FloatArray, velocity: FloatArray) -> Flo
     return result
 
 
+@njit
 def quintic(
     time_s: FloatArray, position: FloatArray, velocity: FloatArray, acceleration: FloatArray
 ) -> FloatArray:
     """Quintic Hermite coefficients (S, 7, 6); also through the accelerations [rad/s^2]."""
-    h = np.diff(time_s)[:, None]
-    v, w = velocity[:-1], velocity[1:]
-    a, b = acceleration[:-1], acceleration[1:]
-    rise = np.diff(position, axis=0) / h
-    result = np.zeros((len(time_s) - 1, position.shape[1], DEGREES))
-    result[..., 0] = position[:-1]
-    result[..., 1] = v
-    result[..., 2] = 0.5 * a
-    result[..., 3] = (10.0 * rise - 6.0 * v - 4.0 * w) / h**2 + (b - 3.0 * a) / (2.0 * h)
-    result[..., 4] = (8.0 * v + 7.0 * w - 15.0 * rise) / h**3 + (3.0 * a - 2.0 * b) / (2.0 * h**2)
-    result[..., 5] = (6.0 * rise - 3.0 * v - 3.0 * w) / h**4 + (b - a) / (2.0 * h**3)
+    result = np.empty((position.shape[0] - 1, position.shape[1], DEGREES))
+    for i in range(result.shape[0]):
+        h = time_s[i + 1] - time_s[i]
+        for j in range(result.shape[1]):
+            v, w = velocity[i, j], velocity[i + 1, j]
+            a, b = acceleration[i, j], acceleration[i + 1, j]
+            rise = (position[i + 1, j] - position[i, j]) / h
+            c = result[i, j]
+            c[0], c[1], c[2] = position[i, j], v, 0.5 * a
+            c[3] = ((10.0 * rise - 6.0 * v - 4.0 * w) / h + 0.5 * (b - 3.0 * a)) / h
+            c[4] = ((8.0 * v + 7.0 * w - 15.0 * rise) / h + 0.5 * (3.0 * a - 2.0 * b)) / h**2
+            c[5] = ((6.0 * rise - 3.0 * v - 3.0 * w) / h + 0.5 * (b - a)) / h**3
     return result
 
 
@@ -121,13 +123,21 @@ def reference(
     Returns:
         Whether the end is reached.
     """
-    clock[0] += dt * clock[1]
-    clock[2] = evaluate(knots, coefficients, clock[0], int(clock[2]), path)
-    rate = scale
-    for j in range(path.shape[1]):
-        speed = abs(path[1, j])
-        if speed * rate > limits[2, j]:
-            rate = limits[2, j] / speed
+    begin, rate = clock[0], clock[1]
+    for attempt in range(2):
+        clock[0] = begin + dt * rate
+        clock[2] = evaluate(knots, coefficients, clock[0], int(clock[2]), path)
+        allowed = scale
+        for j in range(path.shape[1]):
+            speed = abs(path[1, j])
+            if speed * allowed > limits[2, j]:
+                allowed = limits[2, j] / speed
+        # Where the path speeds up steeply, the step itself must be shorter too.
+        if attempt == 0 and allowed < rate and allowed < scale:
+            rate = allowed
+        else:
+            break
+    rate = allowed
     change = (rate - clock[1]) / dt if dt > 0.0 else 0.0
     clock[1] = rate
     for j in range(path.shape[1]):
@@ -140,16 +150,32 @@ def reference(
     return bool(clock[0] >= knots[-1])
 
 
+@njit
+def _control_polygon(
+    coefficients: FloatArray, knots: FloatArray, to_bernstein: FloatArray, bounds: FloatArray
+) -> None:
+    for i in range(coefficients.shape[0]):
+        h = knots[i + 1] - knots[i]
+        for j in range(coefficients.shape[1]):
+            for row in range(DEGREES):
+                point, power = 0.0, 1.0
+                for k in range(row + 1):
+                    point += to_bernstein[row, k] * power * coefficients[i, j, k]
+                    power *= h
+                bounds[0, j] = min(bounds[0, j], point)
+                bounds[1, j] = max(bounds[1, j], point)
+
+
 def extremes(coefficients: FloatArray, knots: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Lowest and highest position of every joint, each (7,) [rad].
 
-    The bounds are the control polygon's: never too narrow, exact where the path is monotone.
+    The bounds are those of the control polygon (monomials as Bernstein polynomials of degree 5,
+    b_i = sum_k C(i, k) / C(5, k) a_k): never too narrow, exact where the path is monotone.
     """
-    h = np.diff(knots)[:, None, None]
-    scaled = coefficients * h ** np.arange(DEGREES)
-    # Monomials to Bernstein polynomials of degree 5: b_i = sum_k C(i, k) / C(5, k) a_k.
-    points = scaled @ _TO_BERNSTEIN.T
-    return points.min(axis=(0, 2)), points.max(axis=(0, 2))
+    joints = coefficients.shape[1]
+    bounds = np.stack((np.full(joints, np.inf), np.full(joints, -np.inf)))
+    _control_polygon(coefficients, knots, _TO_BERNSTEIN, bounds)
+    return bounds[0], bounds[1]
 
 
 def sampled_extremes(

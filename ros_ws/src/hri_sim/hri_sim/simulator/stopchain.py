@@ -1,8 +1,9 @@
 """The stop chain: from a missing command to a robot at rest, and back.
 
-The robot's speed is scaled by a factor 0...1 that a separation monitor (or, without one, the planner)
-sends as a heartbeat. When the heartbeat is older than ``command_timeout`` during a motion, or the new
-plan that the motion needs does not come, the factor ramps to 0: the robot stops on its path.
+The robot's speed is scaled by a factor 0...1 that a separation monitor (or, without one, the
+planner) sends as a heartbeat. When the heartbeat is older than ``command_timeout`` during a motion,
+or the new plan that the motion needs does not come, the factor ramps to 0: the robot stops on its
+path.
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ class StopChain:
 
     def reset(self) -> None:
         """Forget all commands: full speed asked for, no heartbeat heard."""
-        self.scale = 1.0
+        self.scale = 0.0 if self._timeout_ns else 1.0
         self.reason = ""
         self._commanded = 1.0
         self._heartbeat_ns: int | None = None

@@ -124,9 +124,7 @@ def check(trajectory: JointTrajectory, robot: RobotModel) -> SplinePath:
     return SplinePath(trajectory.stamp_ns, time_s, coefficients, smooth)
 
 
-def check_limits(
-    coefficients: FloatArray, knots: FloatArray, robot: RobotModel, what: str
-) -> None:
+def check_limits(coefficients: FloatArray, knots: FloatArray, robot: RobotModel, what: str) -> None:
     """Raise DataError where a path leaves the position limits."""
     low, high = splines.extremes(coefficients, knots)
     if (low >= robot.lower - _SLACK).all() and (high <= robot.upper + _SLACK).all():

@@ -1,0 +1,1 @@
+"""Executable nodes of this package."""

@@ -1,0 +1,61 @@
+"""One motion of the ptomp node: the goal, what has happened since, and how it ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rclpy.task import Future
+
+from hri_planner.ros.inputs import NOBODY
+from hri_prediction.ros.messages import ReachTarget
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass
+class Motion:
+    """A goal under way.
+
+    Attributes:
+        handle: rclpy's goal handle.
+        done: Completed with (outcome, reason) when the motion ends.
+        target: Tool position (3,) [m].
+        duration_s: Wanted duration [s].
+        accepted_ns: ROS time of acceptance [ns].
+        number: Motions since the node started, from 1.
+    """
+
+    handle: Any
+    done: Future
+    target: FloatArray
+    duration_s: float
+    accepted_ns: int
+    number: int
+    started: bool = False
+    cancelling: bool = False
+    replans: int = 0
+    misses: int = 0
+    min_separation: float = NOBODY
+    lost_since_ns: int | None = None
+    costs: dict[str, float] = field(default_factory=dict)
+
+    def end(self, outcome: int, reason: str) -> None:
+        """Let the action's coroutine send the result."""
+        if not self.done.done():
+            self.done.set_result((outcome, reason))
+
+    def result(self, outcome: int, reason: str, now_ns: int, goal_error: float) -> Any:
+        """The action's result message."""
+        return ReachTarget.Result(
+            outcome=outcome,
+            reason=reason,
+            duration=(now_ns - self.accepted_ns) * 1e-9,
+            min_separation=self.min_separation,
+            goal_error=goal_error,
+            replans=self.replans,
+            cost_names=list(self.costs),
+            costs=list(self.costs.values()),
+        )

@@ -1,0 +1,76 @@
+"""Parameters of the ptomp node that are not the planner core's."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hri_prediction.config import parameter, validate
+from hri_prediction.errors import ConfigError
+
+
+@dataclass(frozen=True)
+class PtompNodeConfig:
+    """How the node meets the graph."""
+
+    seed: int = parameter(0, "Seed of the optimiser's noise", low=0)
+    target_names: tuple[str, ...] = parameter((), "Names of the targets that goals may name")
+    target_positions: tuple[float, ...] = parameter(
+        (), "Their tool positions, three numbers each", unit="m"
+    )
+    table_center: tuple[float, ...] = parameter((), "Centre of the table; empty: no table", unit="m")
+    table_size: tuple[float, ...] = parameter((), "Full edge lengths of the table", unit="m")
+    replan_interval: float = parameter(
+        0.036, "Time between hand-overs; shorter reacts faster and plans less", unit="s",
+        low=0.008, high=0.5,
+    )  # fmt: skip
+    compute_share: float = parameter(
+        0.5, "Share of the interval that the optimiser may take; the rest is slack", low=0.05, high=0.9
+    )
+    slowdown: float = parameter(
+        1.0, "Lock-step only: how many times slower than the reference machine", low=0.01
+    )
+    default_duration: float = parameter(
+        1.5, "Duration of a motion whose goal names none", unit="s", low=0.2, high=60.0
+    )
+    max_duration: float = parameter(
+        20.0, "A motion that takes longer ends as blocked", unit="s", low=1.0
+    )
+    goal_tolerance: float = parameter(
+        0.005, "Distance of the tool at which the goal counts as reached", unit="m", low=1e-4, high=0.1
+    )
+    rest_speed: float = parameter(
+        0.02, "Joint speed below which the robot counts as at rest", unit="rad/s", low=1e-3, high=0.5
+    )
+    max_joint_age: float = parameter(
+        0.1, "Joint states older than this stop the robot", unit="s", low=0.01, high=2.0
+    )
+    max_sample_age: float = parameter(
+        0.085, "Human samples older than this stop the robot", unit="s", low=0.02, high=2.0
+    )
+    lost_timeout: float = parameter(
+        2.0, "A motion whose inputs stay away this long is given up", unit="s", low=0.0, high=60.0
+    )
+    late_timeout: float = parameter(
+        0.12, "A replan that is late by this much stops the robot", unit="s", low=0.02, high=2.0
+    )
+    require_tracking: bool = parameter(
+        True, "Do not move before a source says who is tracked (an empty list is an answer)"
+    )
+    radius_upper_arm: float = parameter(0.05, "Radius of the upper arm", unit="m", low=0.0, high=0.3)
+    radius_forearm: float = parameter(0.04, "Radius of the forearm", unit="m", low=0.0, high=0.3)
+    radius_hand: float = parameter(0.05, "Radius of the hand", unit="m", low=0.0, high=0.3)
+
+    def __post_init__(self) -> None:
+        """Check ranges and that lists fit together."""
+        validate(self)
+        if len(self.target_positions) != 3 * len(self.target_names):
+            raise ConfigError(
+                f"target_positions has {len(self.target_positions)} numbers",
+                expected=f"{3 * len(self.target_names)}: three for each of target_names",
+            )
+        if len(self.table_center) not in (0, 3) or len(self.table_center) != len(self.table_size):
+            raise ConfigError(
+                f"table_center has {len(self.table_center)} and table_size "
+                f"{len(self.table_size)} numbers",
+                expected="3 each, or none",
+            )

@@ -1,0 +1,575 @@
+"""PTOMP node: replans the arm around the predicted person, one plan an interval.
+
+Callbacks and ticks run in the executor; the optimiser runs beside it. At the start of each interval the
+newest inputs are handed to the optimiser, which plans from the state that the robot will have at the end
+of the interval; the plan is published before that moment, or dropped when it is late.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.task import Future
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64, Header
+from trajectory_msgs.msg import JointTrajectory
+from visualization_msgs.msg import MarkerArray
+
+from hri_planner.nodes.motion import Motion
+from hri_planner.nodes.ptomp_config import PtompNodeConfig
+from hri_planner.ptomp.budget import VirtualTimeBudget
+from hri_planner.ptomp.config import PtompConfig
+from hri_planner.ptomp.plan import JointPlan
+from hri_planner.ptomp.costs import TableBox
+from hri_planner.ptomp.planner import PlannerSnapshot, PtompPlanner, ReplanResult
+from hri_planner.robot.model import load_robot
+from hri_planner.ros.conversions import joints_from_message, trajectory_message
+from hri_planner.ros.inputs import Inputs
+from hri_planner.ros.markers import plan_markers
+from hri_planner.ros.worker import Worker
+from hri_planner.warm import warm_kernels
+from hri_prediction.errors import DataError, PlanningError
+from hri_prediction.ros.conversions import WORLD
+from hri_prediction.ros.messages import (
+    ControllerState,
+    HumanPrediction,
+    IdsList,
+    PlannerStatus,
+    ReachTarget,
+)
+from hri_prediction.ros.node import OK, WARN, HriNode, run_node
+from hri_prediction.ros.parameters import declare_config
+from hri_prediction.ros.qos import LATCHED, SENSOR, reliable
+from hri_prediction.ros.time import NANO, seconds_to_ns, to_ns, to_time
+
+FloatArray = NDArray[np.float64]
+
+TICK_S = 0.004
+HEARTBEAT_NS = 20_000_000
+FEEDBACK_NS = 100_000_000
+_STAGE_NAMES = {
+    PlannerStatus.IDLE: "idle",
+    PlannerStatus.MOVING: "moving",
+    PlannerStatus.WAITING: "waiting",
+    PlannerStatus.STOPPING: "stopping",
+    PlannerStatus.HOLDING: "holding",
+}
+_FRAMES = ("", WORLD, "lwr_base")
+
+
+@dataclass(frozen=True)
+class _Cycle:
+    """What one replan was made from and for."""
+
+    motion_number: int
+    handover_ns: int
+    newest_sample_ns: int
+    before: PlannerSnapshot
+    result: ReplanResult
+    compute_s: float
+
+
+class PtompNode(HriNode):
+    """Serves ``/ptomp/reach_target`` and keeps the robot clear of people while it moves."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__("ptomp", period_s=TICK_S, **kwargs)
+        self._config = declare_config(self, PtompNodeConfig)
+        self._planner_config = declare_config(self, PtompConfig, prefix="planner")
+        config = self._config
+        self._robot = load_robot()
+        self._targets = dict(
+            zip(
+                config.target_names,
+                np.reshape(config.target_positions, (-1, 3)),
+                strict=True,
+            )
+        )
+        table = (
+            TableBox(_triple(config.table_center), _triple(config.table_size))
+            if config.table_center
+            else None
+        )
+        self._planner = PtompPlanner(
+            self._robot, self._planner_config, np.random.default_rng(config.seed), table=table
+        )
+        radii = np.array([config.radius_upper_arm, config.radius_forearm, config.radius_hand])
+        self._inputs = Inputs(
+            max_joint_age_s=config.max_joint_age,
+            max_sample_age_s=config.max_sample_age,
+            require_tracking=config.require_tracking,
+            radii=radii,
+        )
+        self._interval_ns = seconds_to_ns(config.replan_interval)
+        self._budget = VirtualTimeBudget(config.slowdown)
+        self._worker: Worker[_Cycle] = Worker("ptomp optimiser", inline=self.lockstep)
+        self._motion: Motion | None = None
+        self._holding = False
+        self._motions = 0
+        self._origin_ns = 0
+        self._next_cycle_ns = 0
+        self._last_plan_ns = 0
+        self._published: deque[tuple[int, JointPlan]] = deque(maxlen=8)
+        self._last: _Cycle | None = None
+        self._stage = PlannerStatus.IDLE
+        self._reason = ""
+        self._scale = 1.0
+        self._next_heartbeat_ns = 0
+        self._next_feedback_ns = 0
+        self._next_markers_ns = 0
+        self._compute_ms: deque[float] = deque(maxlen=1000)
+        self._late_ms: deque[float] = deque(maxlen=1000)
+        self._plans = 0
+        self._misses = 0
+        self._jump = 0.0
+        warm_kernels()
+
+        self._trajectory = self.announce(
+            JointTrajectory, "joint_trajectory_controller/joint_trajectory", reliable(1)
+        )
+        self._speed_scale = self.announce(Float64, "separation/speed_scale", reliable(1))
+        self._status = self.announce(PlannerStatus, "ptomp/status", reliable(10))
+        self._markers = self.announce(MarkerArray, "ptomp/markers", reliable(1))
+        self.listen(JointState, "joint_states", self._on_joints, SENSOR)
+        self.listen(
+            ControllerState, "joint_trajectory_controller/reference", self._on_reference, SENSOR
+        )
+        self.listen(IdsList, "humans/bodies/tracked", self._on_ids, LATCHED)
+        self._action = ActionServer(
+            self,
+            ReachTarget,
+            "ptomp/reach_target",
+            execute_callback=self._execute,
+            goal_callback=lambda _: GoalResponse.ACCEPT,
+            cancel_callback=self._on_cancel,
+        )
+
+    def close(self) -> None:
+        """End the optimiser's thread."""
+        self._worker.close()
+        self._action.destroy()
+
+    # ------------------------------------------------------------------ inputs
+    def _on_joints(self, message: JointState) -> None:
+        try:
+            self._inputs.q, self._inputs.qd = joints_from_message(message, self._robot.joint_names)
+        except DataError as error:
+            self.fault("joints", str(error))
+            return
+        self._inputs.joints_ns = to_ns(message.header.stamp)
+
+    def _on_reference(self, message: ControllerState) -> None:
+        self._inputs.reference = message
+
+    def _on_ids(self, message: IdsList) -> None:
+        for body_id in message.ids:
+            topic = f"humans/bodies/{body_id}/prediction"
+            if self.resolve_topic_name(topic) not in self.received:
+                self.listen(HumanPrediction, topic, self._on_prediction, reliable(1))
+        self._inputs.tracked = tuple(message.ids)
+
+    def _on_prediction(self, message: HumanPrediction) -> None:
+        if message.state != HumanPrediction.INVALID:
+            try:
+                # Checked on arrival, so that a bad message is named and never reaches the optimiser.
+                Inputs.check(message, self._inputs.radii)
+            except DataError as error:
+                self.fault("prediction", str(error))
+                return
+        self._inputs.predictions[message.body_id] = message
+
+    # ------------------------------------------------------------------ goals
+    def _target_of(self, goal: ReachTarget.Goal) -> FloatArray:
+        """Tool position (3,) [m] of a goal; raises PlanningError when it is malformed."""
+        if goal.target:
+            if goal.target not in self._targets:
+                raise PlanningError(
+                    f"there is no target {goal.target!r}",
+                    expected=", ".join(self._targets) or "a pose: no named targets are configured",
+                )
+            return self._targets[goal.target].copy()
+        if goal.pose.header.frame_id not in _FRAMES:
+            raise PlanningError(
+                f"goal is in frame {goal.pose.header.frame_id!r}", expected="world or lwr_base"
+            )
+        position = goal.pose.pose.position
+        target = np.array([position.x, position.y, position.z])
+        if not np.isfinite(target).all():
+            raise PlanningError(f"goal position {target.tolist()}", expected="finite numbers [m]")
+        if not (math.isfinite(goal.duration) and goal.duration >= 0.0):
+            raise PlanningError(f"goal duration {goal.duration}", expected="0 or more seconds")
+        return target
+
+    async def _execute(self, handle: Any) -> ReachTarget.Result:
+        """One goal from acceptance to result; everything in between happens on ticks."""
+        goal = handle.request
+        now = self.now_ns()
+        done = Future()
+        self._motions += 1
+        motion = Motion(handle, done, np.zeros(3), 0.0, now, self._motions)
+        try:
+            motion.target = self._target_of(goal)
+            motion.duration_s = goal.duration or self._config.default_duration
+        except PlanningError as error:
+            motion.end(ReachTarget.Result.REJECTED, str(error))
+        else:
+            if self._motion is not None:
+                self._motion.end(ReachTarget.Result.PREEMPTED, "a newer goal took over")
+            self._motion = motion
+        outcome, reason = await done
+        if self._motion is motion:
+            self._motion = None
+        if outcome == ReachTarget.Result.REACHED:
+            handle.succeed()
+        elif outcome == ReachTarget.Result.CANCELLED and handle.is_cancel_requested:
+            handle.canceled()
+        else:
+            handle.abort()
+        error_m = self._goal_distance(motion)
+        self.get_logger().info(f"motion {motion.number}: {reason}")
+        return motion.result(outcome, reason, self.now_ns(), error_m)
+
+    def _on_cancel(self, handle: Any) -> CancelResponse:
+        if self._motion is None or self._motion.handle.goal_id != handle.goal_id:
+            return CancelResponse.REJECT
+        self._motion.cancelling = True
+        return CancelResponse.ACCEPT
+
+    def _goal_distance(self, motion: Motion) -> float:
+        return float(np.linalg.norm(self._robot.frames(self._inputs.q)[3] - motion.target))
+
+    # ------------------------------------------------------------------ tick
+    def on_tick(self, now_ns: int) -> None:
+        """Publish finished plans, start the next one, supply the heartbeat, end the motion."""
+        if now_ns < self._last_plan_ns - NANO:
+            self._clock_went_back(now_ns)
+        self._collect(now_ns)
+        motion = self._motion
+        if motion is not None or self._holding:
+            self._supervise(now_ns, motion)
+        if now_ns >= self._next_heartbeat_ns:
+            self._next_heartbeat_ns = now_ns + HEARTBEAT_NS
+            self._speed_scale.publish(Float64(data=self._scale))
+        if motion is not None and now_ns >= self._next_feedback_ns and not motion.done.done():
+            self._next_feedback_ns = now_ns + FEEDBACK_NS
+            motion.handle.publish_feedback(
+                ReachTarget.Feedback(
+                    distance_to_goal=self._goal_distance(motion),
+                    min_separation=motion.min_separation,
+                    stage=_STAGE_NAMES[self._stage],
+                )
+            )
+
+    def _clock_went_back(self, now_ns: int) -> None:
+        self.fault("clock", "the clock went back: the present motion is dropped")
+        self._halt()
+        if self._motion is not None:
+            self._motion.end(ReachTarget.Result.FAILED, "the clock went back")
+        self._next_heartbeat_ns = self._next_feedback_ns = self._next_markers_ns = now_ns
+        self._last_plan_ns = self._next_cycle_ns = now_ns
+
+    def _supervise(self, now_ns: int, motion: Motion | None) -> None:
+        if motion is not None and motion.cancelling:
+            self._cancel(motion)
+            return
+        problem = self._inputs.problem(now_ns)
+        late = (now_ns - self._last_plan_ns) / NANO - self._config.replan_interval
+        if not problem and self._worker.busy and late > self._config.late_timeout:
+            problem = f"the replan is {late:.2f} s late"
+        if problem:
+            self._pause(now_ns, motion, problem)
+            return
+        if self._scale == 0.0:
+            self._reason = ""
+            if motion is not None:
+                motion.lost_since_ns = None
+        self._scale = 1.0
+        if motion is not None:
+            motion.min_separation = min(
+                motion.min_separation, self._inputs.separation(self._robot)
+            )
+            if self._has_ended(now_ns, motion):
+                return
+        if not self._worker.busy and now_ns >= self._next_cycle_ns:
+            self._start_cycle(now_ns, motion)
+
+    def _pause(self, now_ns: int, motion: Motion | None, problem: str) -> None:
+        """Bring the robot to rest on its path until the inputs are back."""
+        if self._scale != 0.0:
+            self._scale = 0.0
+            # At once, not with the next beat: every millisecond of the stop counts.
+            self._next_heartbeat_ns = now_ns
+            self._stage, self._reason = PlannerStatus.STOPPING, problem
+            self.fault("paused", problem)
+            self._publish_status(now_ns, motion, None)
+        if motion is None:
+            return
+        if motion.lost_since_ns is None:
+            motion.lost_since_ns = now_ns
+        if (now_ns - motion.lost_since_ns) / NANO > self._config.lost_timeout:
+            self._halt()
+            motion.end(ReachTarget.Result.LOST_INPUT, f"stopped: {problem}")
+
+    def _cancel(self, motion: Motion) -> None:
+        if self._stage != PlannerStatus.STOPPING or self._reason != "cancelled":
+            self._halt()
+            self._stage, self._reason = PlannerStatus.STOPPING, "cancelled"
+            self._publish_status(self.now_ns(), motion, None)
+        if np.abs(self._inputs.qd).max() < self._config.rest_speed:
+            self._stage = PlannerStatus.IDLE
+            motion.end(ReachTarget.Result.CANCELLED, "cancelled; the robot stands")
+
+    def _halt(self) -> None:
+        """Stop along the present path: an empty trajectory, as for joint_trajectory_controller."""
+        self._trajectory.publish(JointTrajectory(joint_names=list(self._robot.joint_names)))
+        self._published.clear()
+        self._holding = False
+
+    def _has_ended(self, now_ns: int, motion: Motion) -> bool:
+        if not motion.started:
+            return False
+        at_rest = np.abs(self._inputs.qd).max() < self._config.rest_speed
+        distance = self._goal_distance(motion)
+        plan_time = (now_ns - self._origin_ns) / NANO
+        if (
+            at_rest
+            and distance <= self._config.goal_tolerance
+            and self._planner.finished(plan_time)
+        ):
+            self._holding = True
+            motion.end(ReachTarget.Result.REACHED, f"reached, {distance * 1e3:.1f} mm off")
+            return True
+        if (now_ns - motion.accepted_ns) / NANO > self._config.max_duration:
+            self._halt()
+            reason = self._reason or "no way to the goal was found in time"
+            motion.end(ReachTarget.Result.BLOCKED, f"gave up {distance:.2f} m away: {reason}")
+            return True
+        return False
+
+    # ------------------------------------------------------------------ planning
+    def _start_cycle(self, now_ns: int, motion: Motion | None) -> None:
+        handover_ns = now_ns + self._interval_ns
+        if motion is not None and not motion.started:
+            if not self._begin(motion, handover_ns):
+                return
+        handover_s = (handover_ns - self._origin_ns) / NANO
+        self._follow_reference(handover_ns)
+        try:
+            forecasts = self._inputs.forecasts(self._origin_ns)
+        except DataError as error:
+            self.fault("forecast", str(error))
+            return
+        newest_ns = self._inputs.newest_sample_ns()
+        number = self._motions if motion is None else motion.number
+        self._next_cycle_ns = handover_ns
+        iterations: int | None = None
+        deadline: Callable[[], bool] | None = None
+        if self.lockstep:
+            iterations = self._budget.iterations(
+                self._config.replan_interval,
+                self._planner_config.num_rollouts,
+                self._free_steps(handover_s),
+            )
+        else:
+            end = time.monotonic() + self._config.compute_share * self._config.replan_interval
+
+            def deadline() -> bool:
+                return time.monotonic() >= end
+
+        def job() -> _Cycle:
+            start = time.monotonic()
+            before = self._planner.snapshot()
+            result = self._planner.replan(
+                handover_s, forecasts, iterations=iterations, deadline=deadline
+            )
+            return _Cycle(
+                number, handover_ns, newest_ns, before, result, time.monotonic() - start
+            )
+
+        self._worker.submit(job)
+        if self.lockstep:
+            self._collect(now_ns)
+
+    def _begin(self, motion: Motion, handover_ns: int) -> bool:
+        """Set the planner on a new goal, from rest or in flight."""
+        q, qd = self._inputs.q, self._inputs.qd
+        state = self._state_at(handover_ns)
+        reference = self._inputs.reference
+        if state is not None:
+            q, qd = state[0], state[1]
+        elif reference is not None:
+            # What the controller asks for, not what the joints make of it: no step at hand-over.
+            q = np.array(reference.reference_position)
+            qd = np.array(reference.reference_velocity)
+        self._origin_ns = handover_ns
+        try:
+            self._planner.start(q, qd, motion.target, motion.duration_s, 0.0)
+        except PlanningError as error:
+            if state is not None:
+                self._halt()
+            self._stage = PlannerStatus.IDLE
+            motion.end(ReachTarget.Result.UNREACHABLE, str(error))
+            return False
+        self._published.clear()
+        motion.started = True
+        self._holding = False
+        self._last_plan_ns = handover_ns
+        self._jump = 0.0
+        return True
+
+    def _free_steps(self, handover_s: float) -> int:
+        """Time steps between a hand-over and the end of the present plan."""
+        plan = self._planner.plan
+        left = 0.0 if plan is None else max(plan.end_s - handover_s, 0.0)
+        return round(left / self._config.default_duration * self._planner_config.num_timesteps)
+
+    def _progress(self, time_ns: int) -> tuple[JointPlan, float, float] | None:
+        """Published plan that the controller follows, its plan time at ``time_ns``, and its rate."""
+        reference = self._inputs.reference
+        if reference is None or reference.state == ControllerState.IDLE:
+            return None
+        stamp_ns = to_ns(reference.trajectory)
+        plan = next((p for due, p in self._published if abs(due - stamp_ns) < 1000), None)
+        if plan is None:
+            return None
+        ahead = (time_ns - to_ns(reference.header.stamp)) / NANO
+        rate = float(reference.speed_scale)
+        return plan, plan.start_s + reference.time_in_trajectory + rate * ahead, rate
+
+    def _state_at(self, time_ns: int) -> tuple[FloatArray, FloatArray, FloatArray] | None:
+        """State on the path that the controller will have at ``time_ns``; none when it is idle."""
+        progress = self._progress(time_ns)
+        return None if progress is None else progress[0].sample(progress[1])
+
+    def _follow_reference(self, handover_ns: int) -> None:
+        """When speed scaling has held the robot back, plan on from where it really will be."""
+        progress = self._progress(handover_ns)
+        if progress is None:
+            return
+        plan, plan_time, rate = progress
+        if plan is not self._published[-1][1]:
+            return  # the controller does not have the newest plan yet
+        lag = (handover_ns - self._origin_ns) / NANO - plan_time
+        # Without scaling there is no lag beyond rounding, and the newest plan may not have begun yet.
+        if rate > 0.999 and lag < 1e-6:
+            return
+        self._planner.follow(plan.shifted(lag))
+
+    def _collect(self, now_ns: int) -> None:
+        """Publish the plan that has become ready, unless it is late."""
+        try:
+            cycle = self._worker.take()
+        except PlanningError as error:
+            self._reason = str(error)
+            self.fault("replan", str(error))
+            return
+        if cycle is None:
+            return
+        motion = self._motion
+        current = motion is not None and motion.number == cycle.motion_number and motion.started
+        if not current and not (motion is None and self._holding):
+            return  # the motion it was made for has ended
+        if current and (motion is None or motion.cancelling):
+            return
+        self._plans += 1
+        self._compute_ms.append(cycle.compute_s * 1e3)
+        self._late_ms.append((now_ns - cycle.handover_ns) / 1e6)
+        self._last = cycle
+        if now_ns > cycle.handover_ns:
+            self._misses += 1
+            if motion is not None:
+                motion.misses += 1
+            # The plan would begin in the past; the robot is still on the one before.
+            self._planner.restore(cycle.before)
+            return
+        self._last_plan_ns = now_ns
+        self._publish_plan(now_ns, motion, cycle)
+
+    def _publish_plan(self, now_ns: int, motion: Motion | None, cycle: _Cycle) -> None:
+        result = cycle.result
+        old = self._published[-1][1] if self._published else None
+        start_q = result.plan.q[0]
+        if old is not None:
+            self._jump = float(np.abs(old.sample(result.plan.start_s)[0] - start_q).max())
+        self._published.append((cycle.handover_ns, result.plan))
+        self._trajectory.publish(
+            trajectory_message(result.plan, self._robot.joint_names, cycle.handover_ns)
+        )
+        if motion is not None:
+            motion.replans += 1
+            motion.costs = dict(result.cost_terms)
+        self._stage = (
+            PlannerStatus.HOLDING
+            if motion is None
+            else PlannerStatus.WAITING
+            if result.stage == "waiting"
+            else PlannerStatus.MOVING
+        )
+        self._reason = result.reason
+        self._publish_status(now_ns, motion, cycle)
+        if now_ns >= self._next_markers_ns:
+            self._next_markers_ns = now_ns + NANO // 10
+            self._markers.publish(plan_markers(result.plan, self._robot, now_ns))
+
+    def _publish_status(self, now_ns: int, motion: Motion | None, cycle: _Cycle | None) -> None:
+        message = PlannerStatus(
+            header=Header(stamp=to_time(now_ns), frame_id=WORLD),
+            stage=self._stage,
+            reason=self._reason,
+            motion=self._motions,
+            clearance=self._inputs.separation(self._robot),
+            speed_scale=self._scale,
+            handover_jump=self._jump,
+            predicted_clearance=1e9,
+            first_contact=-1.0,
+        )
+        if motion is not None:
+            message.replan = motion.replans
+            message.deadline_misses = motion.misses
+            message.distance_to_goal = self._goal_distance(motion)
+        if cycle is not None:
+            result = cycle.result
+            message.handover = to_time(cycle.handover_ns)
+            message.newest_sample = to_time(cycle.newest_sample_ns)
+            message.iterations = result.iterations
+            message.feasible = result.feasible
+            message.cost_names = list(result.cost_terms)
+            message.costs = list(result.cost_terms.values())
+            message.predicted_clearance = min(result.predicted_clearance_m, 1e9)
+            if result.predicted_first_contact_s is not None:
+                due_s = (cycle.handover_ns - self._origin_ns) / NANO
+                message.first_contact = result.predicted_first_contact_s - due_s
+        self._status.publish(message)
+
+    def health(self) -> tuple[bytes, str, dict[str, Any]]:
+        """Timing of the replans, misses, what is wrong with the inputs."""
+        figures: dict[str, Any] = {"plans": self._plans, "deadline_misses": self._misses}
+        for name, values in (("compute_ms", self._compute_ms), ("lateness_ms", self._late_ms)):
+            if values:
+                ordered = sorted(values)
+                figures[f"{name}_p50"] = f"{ordered[len(ordered) // 2]:.2f}"
+                figures[f"{name}_p99"] = f"{ordered[int(len(ordered) * 0.99)]:.2f}"
+        if self._last is not None:
+            figures["iterations"] = self._last.result.iterations
+        problem = self._inputs.problem(self.now_ns())
+        if problem:
+            return WARN, problem, figures
+        return OK, _STAGE_NAMES[self._stage], figures
+
+
+def _triple(values: tuple[float, ...]) -> tuple[float, float, float]:
+    x, y, z = values
+    return x, y, z
+
+
+def main(args: list[str] | None = None) -> int:
+    """Entry point."""
+    return run_node(PtompNode, args)

@@ -1,0 +1,389 @@
+"""Costs of many trajectories at once, compiled: the planner's inner loop.
+
+Every loop over time is free of branches and calls, so that the compiler turns it into vector
+instructions: sine and cosine are polynomials, clamps are selections. All intermediate rows live in
+one flat workspace with a constant row length, because the compiler can then prove that rows do not
+overlap. A plain NumPy version of the same formulas stands in the tests.
+
+Layout: a trajectory is (7, P), joints by time. Its columns 0 and 1 lie in the past (one and two
+steps before the hand-over), column 2 is the state at the hand-over, the others are free.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hri_prediction.compiled import njit
+
+FloatArray = NDArray[np.float64]
+
+ROW = 160
+"""Row length of the workspace, so the largest number of columns P of a trajectory."""
+
+WORKSPACE_ROWS = 26
+FIRST_FREE = 3
+"""First column that a planner may change."""
+
+TERMS = (
+    "collision",
+    "contact",
+    "effort",
+    "jerk",
+    "joint_limits",
+    "speed",
+    "acceleration",
+    "table",
+    "goal",
+    "control",
+)
+TERM_COUNT = len(TERMS)
+
+# Rows of the workspace: elbow 0-2, wrist 3-5, tool 6-8, then per column collision, contact and
+# smallest distance, then sines and cosines.
+_ELBOW, _WRIST, _TOOL = 0, 3, 6
+_COLLISION, _CONTACT, _NEAREST = 9, 10, 11
+_SIN, _COS = 12, 18
+
+# Positions in the parameter vector; costs.py fills it.
+P_MARGIN, P_KAPPA, P_COLLISION, P_CONTACT_MARGIN, P_CONTACT = 0, 1, 2, 3, 4
+P_EFFORT, P_JERK, P_LIMITS, P_LIMIT_SCALE, P_SPEED, P_SPEED_SHARE = 5, 6, 7, 8, 9, 10
+P_ACCELERATION, P_ACCELERATION_LIMIT, P_TABLE, P_TABLE_HEIGHT = 11, 12, 13, 14
+P_GOAL, P_CONTROL = 15, 16
+P_GOAL_X = 17
+PARAMETER_COUNT = 20
+
+_HINGE = 1.0 / 0.05  # the collision cost's length scale of the thesis' follow-up, 5 cm
+_CONTACT_HINGE = 1.0 / 0.01
+_TABLE_HINGE = 1.0 / 0.02
+_GRAVITY = 9.81
+_FAR = 1e3
+_FAST = {"contract", "reassoc", "nsz", "arcp"}
+
+
+@njit(fastmath=_FAST)
+def _points(q: FloatArray, columns: int, lengths: FloatArray, work: FloatArray) -> None:
+    """Elbow, wrist and tool of every column into the workspace."""
+    for joint in range(6):
+        row = q[joint]
+        sine = work[(_SIN + joint) * ROW : (_SIN + joint + 1) * ROW]
+        cosine = work[(_COS + joint) * ROW : (_COS + joint + 1) * ROW]
+        for i in range(columns):
+            # Taylor series of the half angle (|q| <= 3.2 rad: error below 1e-13), then doubled.
+            y = 0.5 * row[i]
+            z = y * y
+            s = z * (1.0 / 355687428096000.0)
+            s = z * (-1.0 / 1307674368000.0 + s)
+            s = z * (1.0 / 6227020800.0 + s)
+            s = z * (-1.0 / 39916800.0 + s)
+            s = z * (1.0 / 362880.0 + s)
+            s = z * (-1.0 / 5040.0 + s)
+            s = z * (1.0 / 120.0 + s)
+            s = z * (-1.0 / 6.0 + s)
+            s = y * (1.0 + s)
+            c = z * (-1.0 / 6402373705728000.0)
+            c = z * (1.0 / 20922789888000.0 + c)
+            c = z * (-1.0 / 87178291200.0 + c)
+            c = z * (1.0 / 479001600.0 + c)
+            c = z * (-1.0 / 3628800.0 + c)
+            c = z * (1.0 / 40320.0 + c)
+            c = z * (-1.0 / 720.0 + c)
+            c = z * (1.0 / 24.0 + c)
+            c = z * (-1.0 / 2.0 + c)
+            c = 1.0 + c
+            sine[i] = 2.0 * s * c
+            cosine[i] = 1.0 - 2.0 * s * s
+    base, upper, lower, hand = lengths[0], lengths[1], lengths[2], lengths[3]
+    for i in range(columns):
+        c1, s1 = work[_COS * ROW + i], work[_SIN * ROW + i]
+        c2, s2 = work[(_COS + 1) * ROW + i], work[(_SIN + 1) * ROW + i]
+        c3, s3 = work[(_COS + 2) * ROW + i], work[(_SIN + 2) * ROW + i]
+        c4, s4 = work[(_COS + 3) * ROW + i], work[(_SIN + 3) * ROW + i]
+        c5, s5 = work[(_COS + 4) * ROW + i], work[(_SIN + 4) * ROW + i]
+        c6, s6 = work[(_COS + 5) * ROW + i], work[(_SIN + 5) * ROW + i]
+        z0, z1, z2 = -c1 * s2, -s1 * s2, c2
+        e0, e1, e2 = upper * z0, upper * z1, base + upper * z2
+        u0, u1, u2 = c3 * c1 * c2 - s3 * s1, c3 * s1 * c2 + s3 * c1, c3 * s2
+        y0, y1, y2 = -c3 * s1 - s3 * c1 * c2, c3 * c1 - s3 * s1 * c2, -s3 * s2
+        x0, x1, x2 = c4 * u0 - s4 * z0, c4 * u1 - s4 * z1, c4 * u2 - s4 * z2
+        z0, z1, z2 = s4 * u0 + c4 * z0, s4 * u1 + c4 * z1, s4 * u2 + c4 * z2
+        w0, w1, w2 = e0 + lower * z0, e1 + lower * z1, e2 + lower * z2
+        u0, u1, u2 = c5 * x0 + s5 * y0, c5 * x1 + s5 * y1, c5 * x2 + s5 * y2
+        work[_ELBOW * ROW + i] = e0
+        work[(_ELBOW + 1) * ROW + i] = e1
+        work[(_ELBOW + 2) * ROW + i] = e2
+        work[_WRIST * ROW + i] = w0
+        work[(_WRIST + 1) * ROW + i] = w1
+        work[(_WRIST + 2) * ROW + i] = w2
+        work[_TOOL * ROW + i] = w0 + hand * (c6 * z0 - s6 * u0)
+        work[(_TOOL + 1) * ROW + i] = w1 + hand * (c6 * z1 - s6 * u1)
+        work[(_TOOL + 2) * ROW + i] = w2 + hand * (c6 * z2 - s6 * u2)
+
+
+@njit(fastmath=_FAST)
+def _pair(
+    columns: int,
+    first: int,
+    last: int,
+    start_height: float,
+    squared_length: float,
+    radii: float,
+    human: FloatArray,
+    par: FloatArray,
+    work: FloatArray,
+) -> None:
+    """Add one robot-human capsule pair to the collision rows.
+
+    Args:
+        columns: Number of columns.
+        first: Workspace row of the robot capsule's start, -1 for the fixed shoulder.
+        last: Workspace row of its end.
+        start_height: Height of the shoulder [m].
+        squared_length: Squared length of the robot capsule's axis [m^2].
+        radii: Sum of both radii [m].
+        human: (9, ROW): start, axis vector, inverse squared length, sigma at start and its rise.
+        par: Parameter vector.
+        work: Workspace.
+    """
+    margin, kappa, contact = par[P_MARGIN], par[P_KAPPA], par[P_CONTACT_MARGIN]
+    inverse_length = 1.0 / squared_length
+    fixed = first < 0
+    moving = 0.0 if fixed else 1.0
+    lift = start_height if fixed else 0.0
+    row = 0 if fixed else first
+    for i in range(2, columns):
+        p0 = moving * work[row * ROW + i]
+        p1 = moving * work[(row + 1) * ROW + i]
+        p2 = moving * work[(row + 2) * ROW + i] + lift
+        u0 = work[last * ROW + i] - p0
+        u1 = work[(last + 1) * ROW + i] - p1
+        u2 = work[(last + 2) * ROW + i] - p2
+        v0, v1, v2 = human[3, i], human[4, i], human[5, i]
+        r0, r1, r2 = p0 - human[0, i], p1 - human[1, i], p2 - human[2, i]
+        b = u0 * v0 + u1 * v1 + u2 * v2
+        c = u0 * r0 + u1 * r1 + u2 * r2
+        f = v0 * r0 + v1 * r1 + v2 * r2
+        e = v0 * v0 + v1 * v1 + v2 * v2
+        inverse = human[6, i]
+        s = (b * f - c * e) / (squared_length * e - b * b + 1e-14)
+        s = s if s > 0.0 else 0.0
+        s = s if s < 1.0 else 1.0
+        t = (b * s + f) * inverse
+        t = t if t > 0.0 else 0.0
+        t = t if t < 1.0 else 1.0
+        s = (b * t - c) * inverse_length
+        s = s if s > 0.0 else 0.0
+        s = s if s < 1.0 else 1.0
+        g0, g1, g2 = r0 + s * u0 - t * v0, r1 + s * u1 - t * v1, r2 + s * u2 - t * v2
+        d = np.sqrt(g0 * g0 + g1 * g1 + g2 * g2) - radii
+        x = (margin + kappa * (human[7, i] + t * human[8, i]) - d) * _HINGE
+        x = x if x > 0.0 else 0.0
+        work[_COLLISION * ROW + i] += x * x
+        y = (contact - d) * _CONTACT_HINGE
+        y = y if y > 0.0 else 0.0
+        work[_CONTACT * ROW + i] += y * y
+        near = work[_NEAREST * ROW + i]
+        work[_NEAREST * ROW + i] = near if near < d else d
+
+
+@njit(fastmath=_FAST)
+def _joint_costs(
+    q: FloatArray,
+    columns: int,
+    step: float,
+    lower: FloatArray,
+    upper: FloatArray,
+    velocity: FloatArray,
+    par: FloatArray,
+    terms: FloatArray,
+) -> None:
+    """Joint limits (eq. 6.11), speed, acceleration and control, summed over joints and time."""
+    share, scale = par[P_SPEED_SHARE], par[P_LIMIT_SCALE]
+    inverse = 1.0 / step
+    limits, speed, acceleration, control = 0.0, 0.0, 0.0, 0.0
+    for joint in range(7):
+        row = q[joint]
+        full = 1.0 / velocity[joint]
+        for i in range(2, columns - 1):
+            x = (abs(row[i + 1] - row[i]) * inverse * full - share) * 20.0
+            x = x if x > 0.0 else 0.0
+            speed += x * x
+        largest = par[P_ACCELERATION_LIMIT]
+        for i in range(1, columns - 1):
+            a = (row[i + 1] - 2.0 * row[i] + row[i - 1]) * inverse * inverse
+            control += a * a
+            x = (abs(a) - largest) * (10.0 / largest)
+            x = x if x > 0.0 else 0.0
+            acceleration += x * x
+        # The exponential is cut to zero beyond ten scales from a limit (there below 5e-5 of K1).
+        low, high = lower[joint] + 10.0 * scale, upper[joint] - 10.0 * scale
+        inside = 0.0
+        for i in range(FIRST_FREE, columns):
+            x, y = low - row[i], row[i] - high
+            inside += (x if x > 0.0 else 0.0) + (y if y > 0.0 else 0.0)
+        if inside > 0.0:
+            for i in range(FIRST_FREE, columns):
+                if row[i] < low:
+                    limits += np.exp(min((lower[joint] - row[i]) / scale, 50.0))
+                elif row[i] > high:
+                    limits += np.exp(min((row[i] - upper[joint]) / scale, 50.0))
+    terms[4] = par[P_LIMITS] * step * limits
+    terms[5] = par[P_SPEED] * step * speed
+    terms[6] = par[P_ACCELERATION] * step * acceleration
+    terms[9] = 0.5 * par[P_CONTROL] * step * control
+
+
+@njit(fastmath=_FAST)
+def _motion_costs(
+    columns: int,
+    step: float,
+    shoulder: float,
+    masses: FloatArray,
+    radii: FloatArray,
+    par: FloatArray,
+    work: FloatArray,
+    terms: FloatArray,
+) -> None:
+    """Effort, hand jerk, table and goal, from the points in the workspace."""
+    inverse = 1.0 / step
+    effort, jerk, table, goal = 0.0, 0.0, 0.0, 0.0
+    for i in range(2, columns - 1):
+        height = 0.5 * (shoulder + work[(_ELBOW + 2) * ROW + i])
+        effort += masses[0] * _GRAVITY * height
+        height = 0.5 * (work[(_ELBOW + 2) * ROW + i] + work[(_WRIST + 2) * ROW + i])
+        effort += masses[1] * _GRAVITY * height
+        height = 0.5 * (work[(_WRIST + 2) * ROW + i] + work[(_TOOL + 2) * ROW + i])
+        effort += masses[2] * _GRAVITY * height
+        for axis in range(3):
+            elbow = work[(_ELBOW + axis) * ROW + i + 1] - work[(_ELBOW + axis) * ROW + i]
+            wrist = work[(_WRIST + axis) * ROW + i + 1] - work[(_WRIST + axis) * ROW + i]
+            tool = work[(_TOOL + axis) * ROW + i + 1] - work[(_TOOL + axis) * ROW + i]
+            speed = 0.5 * inverse * elbow
+            effort += 0.5 * masses[0] * speed * speed
+            speed = 0.5 * inverse * (elbow + wrist)
+            effort += 0.5 * masses[1] * speed * speed
+            speed = 0.5 * inverse * (wrist + tool)
+            effort += 0.5 * masses[2] * speed * speed
+    cube = inverse * inverse * inverse
+    for axis in range(3):
+        offset = (_TOOL + axis) * ROW
+        for i in range(FIRST_FREE, columns):
+            third = work[offset + i] - 3.0 * work[offset + i - 1]
+            third = (third + 3.0 * work[offset + i - 2] - work[offset + i - 3]) * cube
+            jerk += third * third
+    for point in range(3):
+        # Elbow and wrist end the wider capsules; the hand's own radius holds at the tool.
+        radius = radii[1] if point < 2 else radii[2]
+        lowest = par[P_TABLE_HEIGHT] + radius
+        offset = (3 * point + 2) * ROW
+        for i in range(FIRST_FREE, columns):
+            x = (lowest - work[offset + i]) * _TABLE_HINGE
+            x = x if x > 0.0 else 0.0
+            table += x * x
+    for i in range(FIRST_FREE, columns):
+        g0 = work[_TOOL * ROW + i] - par[P_GOAL_X]
+        g1 = work[(_TOOL + 1) * ROW + i] - par[P_GOAL_X + 1]
+        g2 = work[(_TOOL + 2) * ROW + i] - par[P_GOAL_X + 2]
+        goal += np.sqrt(g0 * g0 + g1 * g1 + g2 * g2)
+    terms[2] = par[P_EFFORT] * step * effort
+    terms[3] = par[P_JERK] * step * jerk
+    terms[7] = par[P_TABLE] * step * table
+    terms[8] = par[P_GOAL] * step * goal
+
+
+@njit(fastmath=_FAST)
+def trajectory_cost(
+    q: FloatArray,
+    columns: int,
+    step: float,
+    lengths: FloatArray,
+    masses: FloatArray,
+    radii: FloatArray,
+    lower: FloatArray,
+    upper: FloatArray,
+    velocity: FloatArray,
+    humans: FloatArray,
+    human_radii: FloatArray,
+    par: FloatArray,
+    work: FloatArray,
+    terms: FloatArray,
+) -> float:
+    """Cost of one trajectory.
+
+    Args:
+        q: (7, P >= columns) [rad], see the module.
+        columns: Columns in use, at most ROW.
+        step: Time between columns [s].
+        lengths: The arm's lengths (4,) [m].
+        masses: Of upper arm, lower arm and hand (3,) [kg].
+        radii: Of the robot's capsules (3,) [m].
+        lower: Joint limits (7,) [rad].
+        upper: Joint limits (7,) [rad].
+        velocity: Speed limits (7,) [rad/s].
+        humans: Capsules over time (arms, 3, 9, ROW), see :func:`_pair`.
+        human_radii: (arms, 3) [m].
+        par: Parameter vector.
+        work: Workspace (WORKSPACE_ROWS * ROW,).
+        terms: Result (TERM_COUNT,): the weighted cost terms.
+
+    Returns:
+        Smallest predicted clearance over the columns from the hand-over on [m].
+    """
+    _points(q, columns, lengths, work)
+    for i in range(columns):
+        work[_COLLISION * ROW + i] = 0.0
+        work[_CONTACT * ROW + i] = 0.0
+        work[_NEAREST * ROW + i] = _FAR
+    for arm in range(humans.shape[0]):
+        for limb in range(3):
+            human = humans[arm, limb]
+            reach = human_radii[arm, limb]
+            length = lengths[1] * lengths[1]
+            _pair(columns, -1, 0, lengths[0], length, radii[0] + reach, human, par, work)
+            length = lengths[2] * lengths[2]
+            _pair(columns, 0, 3, 0.0, length, radii[1] + reach, human, par, work)
+            length = lengths[3] * lengths[3]
+            _pair(columns, 3, 6, 0.0, length, radii[2] + reach, human, par, work)
+    collision, contact, nearest = 0.0, 0.0, _FAR
+    for i in range(FIRST_FREE, columns):
+        collision += work[_COLLISION * ROW + i]
+        contact += work[_CONTACT * ROW + i]
+    for i in range(2, columns):
+        near = work[_NEAREST * ROW + i]
+        nearest = near if near < nearest else nearest
+    terms[0] = par[P_COLLISION] * step * collision
+    terms[1] = par[P_CONTACT] * step * contact
+    _motion_costs(columns, step, lengths[0], masses, radii, par, work, terms)
+    _joint_costs(q, columns, step, lower, upper, velocity, par, terms)
+    return nearest
+
+
+def clearance_row(work: FloatArray) -> FloatArray:
+    """Clearance by column of the trajectory that was evaluated last, a view of the workspace."""
+    return work[_NEAREST * ROW : (_NEAREST + 1) * ROW]
+
+
+@njit
+def many_costs(
+    trajectories: FloatArray,
+    columns: int,
+    step: float,
+    lengths: FloatArray,
+    masses: FloatArray,
+    radii: FloatArray,
+    lower: FloatArray,
+    upper: FloatArray,
+    velocity: FloatArray,
+    humans: FloatArray,
+    human_radii: FloatArray,
+    par: FloatArray,
+    work: FloatArray,
+    terms: FloatArray,
+    nearest: FloatArray,
+) -> None:
+    """:func:`trajectory_cost` of trajectories (n, 7, P) into terms (n, TERM_COUNT), nearest (n,)."""
+    for index in range(trajectories.shape[0]):
+        nearest[index] = trajectory_cost(
+            trajectories[index], columns, step, lengths, masses, radii, lower, upper, velocity,
+            humans, human_radii, par, work, terms[index],
+        )  # fmt: skip

@@ -1,0 +1,107 @@
+"""Between messages and the planner's dataclasses."""
+
+from __future__ import annotations
+
+import numpy as np
+from builtin_interfaces.msg import Duration
+from numpy.typing import NDArray
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from hri_planner.ptomp.forecast import HumanForecast
+from hri_planner.ptomp.plan import JointPlan
+from hri_prediction.errors import DataError
+from hri_prediction.ros.conversions import WORLD, flat
+from hri_prediction.ros.messages import HumanPrediction
+from hri_prediction.ros.time import NANO, to_ns, to_time
+
+FloatArray = NDArray[np.float64]
+
+
+def forecast_from_message(
+    message: HumanPrediction, origin_ns: int, radii: FloatArray
+) -> HumanForecast:
+    """Forecast of a prediction, on a plan clock that is zero at ``origin_ns``.
+
+    Args:
+        message: A prediction that is not INVALID.
+        origin_ns: Zero of the plan clock on the ROS clock [ns].
+        radii: Of upper arm, forearm and hand (3,) [m].
+
+    Raises:
+        DataError: on another frame, wrong sizes, or values that are not finite.
+    """
+    if message.header.frame_id != WORLD:
+        raise DataError(
+            f"prediction of {message.body_id!r} is in frame {message.header.frame_id!r}",
+            expected=f"frame {WORLD!r}",
+        )
+    count = len(message.times)
+    if count < 2 or len(message.mean) != count * 12 or len(message.covariance) != count * 36:
+        raise DataError(
+            f"prediction of {message.body_id!r} has {count} times, {len(message.mean)} means and "
+            f"{len(message.covariance)} covariances",
+            expected="K >= 2 times, 12 K means, 36 K covariances",
+        )
+    times = np.asarray(message.times, dtype=float)
+    covariance = np.asarray(message.covariance, dtype=float).reshape(count, 4, 3, 3)
+    if not np.isfinite(covariance).all():
+        raise DataError(f"prediction of {message.body_id!r} has covariances that are not finite")
+    largest = np.linalg.eigvalsh(covariance)[..., -1]
+    return HumanForecast(
+        time0_s=(to_ns(message.header.stamp) - origin_ns) / NANO,
+        dt_s=float((times[-1] - times[0]) / (count - 1)),
+        mean=np.asarray(message.mean, dtype=float).reshape(count, 4, 3),
+        sigma=np.sqrt(largest.clip(min=0.0)),
+        radii=radii,
+    )
+
+
+def trajectory_message(
+    plan: JointPlan, joint_names: tuple[str, ...], handover_ns: int
+) -> JointTrajectory:
+    """Trajectory whose first point is due at ``handover_ns``."""
+    message = JointTrajectory(
+        header=Header(stamp=to_time(handover_ns)), joint_names=list(joint_names)
+    )
+    for time_s, q, qd, qdd in zip(plan.time_s - plan.time_s[0], plan.q, plan.qd, plan.qdd, strict=True):
+        seconds, nanoseconds = divmod(round(float(time_s) * 1e9), NANO)
+        message.points.append(
+            JointTrajectoryPoint(
+                positions=flat(q),
+                velocities=flat(qd),
+                accelerations=flat(qdd),
+                time_from_start=Duration(sec=seconds, nanosec=nanoseconds),
+            )
+        )
+    return message
+
+
+def joints_from_message(
+    message: JointState, joint_names: tuple[str, ...]
+) -> tuple[FloatArray, FloatArray]:
+    """Positions and velocities (7,) in the order of ``joint_names``, whatever the message's order.
+
+    Raises:
+        DataError: when a joint is missing, or a value is missing or not finite.
+    """
+    try:
+        order = [message.name.index(name) for name in joint_names]
+    except ValueError:
+        raise DataError(
+            f"/joint_states has joints {', '.join(message.name) or '(none)'}",
+            expected=", ".join(joint_names) + " among them",
+        ) from None
+    size = len(message.name)
+    if len(message.position) != size or len(message.velocity) != size:
+        raise DataError(
+            f"/joint_states has {size} names, {len(message.position)} positions and "
+            f"{len(message.velocity)} velocities",
+            expected="as many of each",
+        )
+    q = np.asarray(message.position, dtype=float)[order]
+    qd = np.asarray(message.velocity, dtype=float)[order]
+    if not (np.isfinite(q).all() and np.isfinite(qd).all()):
+        raise DataError("/joint_states holds numbers that are not finite")
+    return q, qd

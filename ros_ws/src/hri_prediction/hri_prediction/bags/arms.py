@@ -1,0 +1,110 @@
+"""Arms in bags: which topics hold them, and their samples."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hri_prediction.bags.reader import BagReader
+from hri_prediction.errors import DataError
+from hri_prediction.tracks.track import ArmSample, ArmTrack
+
+ARM_TYPE = "hri_msgs/msg/HumanArm"
+TRACKED = re.compile(r"^.*/?humans/bodies/(?P<body>[^/]+)/arm$")
+"""Topic of a tracked arm."""
+TRUE = re.compile(r"^.*/?sim/bodies/(?P<body>[^/]+)/arm$")
+"""Topic of the noise-free arm of a simulated person."""
+
+
+def arm_samples(
+    bag: BagReader, pattern: re.Pattern[str] = TRACKED
+) -> dict[str, list[ArmSample]]:
+    """Samples of every arm in a bag, in the order of receipt.
+
+    Args:
+        bag: The bag.
+        pattern: Topics to take, with a group ``body``.
+
+    Returns:
+        Samples by body id; a body of which nothing was recorded is absent.
+
+    Raises:
+        DataError: the bag is damaged, or its arms cannot be decoded here.
+    """
+    topics = {
+        name: match["body"]
+        for name, info in bag.topics.items()
+        if info.type == ARM_TYPE and (match := pattern.match(name))
+    }
+    found: dict[str, list[ArmSample]] = {}
+    for message in bag.messages(topics) if topics else ():
+        found.setdefault(topics[message.topic], []).append(sample_of(message.decode()))
+    return found
+
+
+def sample_of(message: Any) -> ArmSample:
+    """Sample of a HumanArm message, whatever its frame.
+
+    Raises:
+        DataError: its side is neither left nor right.
+    """
+    points = np.array(message.keypoints, dtype=float).reshape(4, 3)
+    valid = np.array(message.valid, dtype=bool) & np.isfinite(points).all(axis=1)
+    stamp = message.header.stamp
+    return ArmSample(stamp.sec * 10**9 + stamp.nanosec, points, valid, message.side)
+
+
+def arm_tracks(
+    path: str | Path, pattern: re.Pattern[str] = TRACKED, *, max_gap_s: float = 1.0
+) -> list[ArmTrack]:
+    """Continuous tracks of the arms in a bag, for training and evaluation.
+
+    A track ends where its arm changes side, where stamps go back, or after a gap. Times count from
+    the first sample of the track.
+
+    Args:
+        path: Bag folder or .mcap file.
+        pattern: Topics to take.
+        max_gap_s: Longest gap within a track [s].
+
+    Returns:
+        By body, then by time; ``subject`` is the body id and ``trial`` counts from 0. Pieces of
+        fewer than two samples are left out.
+
+    Raises:
+        DataError: the bag is damaged, or holds no such arm.
+    """
+    bag = BagReader(path)
+    tracks: list[ArmTrack] = []
+    for body, samples in sorted(arm_samples(bag, pattern).items()):
+        pieces: list[list[ArmSample]] = [[]]
+        for sample in samples:
+            last = pieces[-1][-1] if pieces[-1] else sample
+            step = sample.stamp_ns - last.stamp_ns
+            if pieces[-1] and step == 0:
+                continue
+            if sample.side != last.side or not 0 <= step <= max_gap_s * 1e9:
+                pieces.append([])
+            pieces[-1].append(sample)
+        whole = [piece for piece in pieces if len(piece) > 1]
+        for trial, piece in enumerate(whole):
+            stamps = np.array([sample.stamp_ns for sample in piece])
+            tracks.append(
+                ArmTrack(
+                    time_s=(stamps - stamps[0]) * 1e-9,
+                    keypoints=np.array([sample.keypoints for sample in piece]),
+                    side=piece[0].side,
+                    subject=body,
+                    trial=trial,
+                    source=f"{Path(path).name} at {stamps[0]} ns",
+                )
+            )
+    if not tracks:
+        raise DataError(
+            f"{path} holds no arm on topics like {pattern.pattern}",
+            expected=f"messages of type {ARM_TYPE}",
+        )
+    return tracks

@@ -1,0 +1,174 @@
+"""Predictor node: where each tracked arm will be, mean and covariance over time."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from typing import Any
+
+from visualization_msgs.msg import MarkerArray
+
+from hri_prediction.config import parameter, validate
+from hri_prediction.errors import DataError, HriError
+from hri_prediction.prediction.config import PredictorConfig
+from hri_prediction.prediction.library import TaskLibrary
+from hri_prediction.prediction.predictor import ReachPredictor
+from hri_prediction.prediction.output import Prediction, ReachState
+from hri_prediction.ros.conversions import message_from_prediction, sample_from_message
+from hri_prediction.ros.markers import arm_markers, prediction_markers
+from hri_prediction.ros.messages import HumanArm, HumanPrediction, IdsList, LoadModel
+from hri_prediction.ros.node import ERROR, OK, WARN, CountedPublisher, HriNode, run_node
+from hri_prediction.ros.parameters import declare_config
+from hri_prediction.ros.qos import LATCHED, SENSOR, reliable
+from hri_prediction.ros.time import NANO
+from hri_prediction.warm import warm_kernels
+
+MARKER_PERIOD_NS = NANO // 10
+
+
+@dataclass(frozen=True)
+class PredictorNodeConfig:
+    """What the node itself needs to know."""
+
+    library: str = parameter(
+        "", "Path of a task library (.npz of train_promp.py); empty: constant-velocity prediction"
+    )
+    period: float = parameter(
+        0.02, "Period of the predictions", unit="s", low=0.004, high=0.04
+    )
+    max_future: float = parameter(
+        0.05, "A stamp further ahead of the clock than this is refused", unit="s", low=0.0
+    )
+    max_bodies: int = parameter(4, "Bodies that are followed at the same time", low=1, high=16)
+
+    def __post_init__(self) -> None:
+        validate(self)
+
+
+class _Arm:
+    """Predictor and publisher of one body."""
+
+    def __init__(self, predictor: ReachPredictor, publisher: CountedPublisher) -> None:
+        self.predictor = predictor
+        self.publisher = publisher
+        self.prediction: Prediction | None = None
+
+
+class PredictorNode(HriNode):
+    """Follows every tracked body and predicts its arm."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        # The period is a parameter, so the timer can only be made after the declaration.
+        super().__init__("predictor", period_s=0.0, **kwargs)
+        self._config = declare_config(self, PredictorNodeConfig)
+        self._prediction_config = declare_config(self, PredictorConfig)
+        self._library = self._load(self._config.library) if self._config.library else None
+        self._library_name = self._config.library
+        self._arms: dict[str, _Arm] = {}
+        self._compute_ms: deque[float] = deque(maxlen=500)
+        self._next_markers_ns = 0
+        warm_kernels()
+        self._markers = self.announce(MarkerArray, "humans/markers", reliable(1))
+        self.listen(IdsList, "humans/bodies/tracked", self._on_ids, LATCHED)
+        self.create_service(LoadModel, "~/load_model", self._on_load_model)
+        self.set_period(self._config.period)
+
+    def _load(self, path: str) -> TaskLibrary:
+        return TaskLibrary.load(path)
+
+    # ------------------------------------------------------------------ inputs
+    def _on_ids(self, message: IdsList) -> None:
+        for body_id in message.ids:
+            if body_id in self._arms:
+                continue
+            if len(self._arms) >= self._config.max_bodies:
+                self.fault(
+                    "bodies", f"body {body_id!r} is not followed: max_bodies = {len(self._arms)}"
+                )
+                continue
+            publisher = self.announce(
+                HumanPrediction, f"humans/bodies/{body_id}/prediction", reliable(1)
+            )
+            predictor = ReachPredictor(self._library, self._prediction_config)
+            self._arms[body_id] = _Arm(predictor, publisher)
+            self.listen(HumanArm, f"humans/bodies/{body_id}/arm", self._on_arm, SENSOR)
+
+    def _on_arm(self, message: HumanArm) -> None:
+        arm = self._arms.get(message.body_id)
+        if arm is None:
+            self.fault("body", f"arm of {message.body_id!r} came on the topic of another body")
+            return
+        try:
+            sample = sample_from_message(message)
+            ahead = (sample.stamp_ns - self.now_ns()) / NANO
+            if ahead > self._config.max_future:
+                raise DataError(
+                    f"sample of {message.body_id} is stamped {ahead:.3f} s in the future",
+                    expected=f"at most {self._config.max_future} s",
+                    hint="synchronise the clocks, or check the unit of the stamps",
+                )
+        except DataError as error:
+            self.fault("arm", str(error))
+            return
+        arm.predictor.observe(sample)
+
+    def _on_load_model(
+        self, request: LoadModel.Request, response: LoadModel.Response
+    ) -> LoadModel.Response:
+        try:
+            self._library = self._load(request.path)
+        except HriError as error:
+            response.success, response.message = False, str(error)
+            return response
+        self._library_name = request.path
+        for arm in self._arms.values():
+            arm.predictor = ReachPredictor(self._library, self._prediction_config)
+        response.success = True
+        response.message = ", ".join(task.name for task in self._library.tasks)
+        return response
+
+    # ------------------------------------------------------------------ work
+    def on_tick(self, now_ns: int) -> None:
+        """Predict every arm that was ever seen."""
+        for body_id, arm in self._arms.items():
+            arm.prediction = arm.predictor.predict(now_ns)
+            if arm.prediction is None:
+                continue
+            if arm.prediction.state is ReachState.INVALID:
+                self.fault(f"invalid {body_id}", f"{body_id}: {arm.prediction.reason}")
+            arm.publisher.publish(
+                message_from_prediction(arm.prediction, body_id, self._library_name)
+            )
+        if now_ns >= self._next_markers_ns or self._next_markers_ns - now_ns > NANO:
+            self._next_markers_ns = now_ns + MARKER_PERIOD_NS
+            self._publish_markers()
+
+    def _publish_markers(self) -> None:
+        markers = MarkerArray()
+        for body_id, arm in self._arms.items():
+            if arm.prediction is not None:
+                markers.markers += arm_markers(arm.prediction, body_id)
+                markers.markers += prediction_markers(arm.prediction, body_id)
+        if markers.markers:
+            self._markers.publish(markers)
+
+    def health(self) -> tuple[bytes, str, dict[str, Any]]:
+        """State of every arm, counts of refused samples."""
+        figures: dict[str, Any] = {"library": self._library_name or "none (constant velocity)"}
+        level, words = OK, []
+        for body_id, arm in self._arms.items():
+            state = arm.prediction.state.name.lower() if arm.prediction else "not seen"
+            if arm.prediction is not None and arm.prediction.state is ReachState.INVALID:
+                level = ERROR
+                state = f"invalid: {arm.prediction.reason}"
+            words.append(f"{body_id} {state}")
+            for name, count in arm.predictor.counters.items():
+                figures[f"{body_id} {name}"] = count
+        if not self._arms:
+            return WARN, "no body is tracked", figures
+        return level, "; ".join(words), figures
+
+
+def main(args: list[str] | None = None) -> int:
+    """Entry point."""
+    return run_node(PredictorNode, args)

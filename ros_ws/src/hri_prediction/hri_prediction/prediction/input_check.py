@@ -1,0 +1,170 @@
+"""What may enter the predictor: faults of motion capture are named and kept out.
+
+Lost markers, jumps, exchanged markers and clocks that go back each have a name in
+:attr:`InputCheck.counters`, so that a diagnostic can say why a prediction is invalid.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hri_prediction.prediction.config import PredictorConfig
+from hri_prediction.tracks.track import ArmSample
+
+Array = NDArray[np.float64]
+_NAMES = ("shoulder", "elbow", "wrist", "hand tip")
+_SWAPS = [p for p in itertools.permutations(range(3)) if p != (0, 1, 2)]
+_LENGTH_SAMPLES = 50
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What of a sample may be used.
+
+    Args:
+        usable: (4,) bool, keypoints that may be used.
+        restart: Everything before this sample must be forgotten.
+        reason: What is wrong, empty if nothing is.
+    """
+
+    usable: NDArray[np.bool_]
+    restart: bool = False
+    reason: str = ""
+
+
+class InputCheck:
+    """Checks each sample against the ones before it.
+
+    Args:
+        config: Limits.
+        upper_arm_m: Expected shoulder-elbow length until this person's is known; 0 = no idea.
+        forearm_m: Expected elbow-wrist length.
+    """
+
+    def __init__(
+        self, config: PredictorConfig, upper_arm_m: float = 0.0, forearm_m: float = 0.0
+    ) -> None:
+        self._config = config
+        self._expected = (upper_arm_m, forearm_m)
+        self.counters: dict[str, int] = {}
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the person; counters stay."""
+        self._stamp: int | None = None
+        self._side = ""
+        self._last: list[tuple[float, ...] | None] = [None] * 4
+        self._last_ns = [0] * 4
+        self._lengths: list[tuple[float, float]] = []
+        self._own: tuple[float, float] | None = None
+
+    def check(self, sample: ArmSample) -> Verdict:
+        """Judge one sample and remember what may be used of it."""
+        restart, reason = False, ""
+        if self._stamp is not None:
+            step = (sample.stamp_ns - self._stamp) * 1e-9
+            if sample.side != self._side:
+                restart, reason = True, f"side changed to {sample.side}"
+                self._count("side changed")
+            elif step <= 0.0:
+                if step > -self._config.stale_time:
+                    self._count("late or repeated sample")
+                    return Verdict(np.zeros(4, dtype=bool), reason="late or repeated sample")
+                restart, reason = True, f"the clock went back by {-step:.3f} s"
+                self._count("clock went back")
+        if restart:
+            self.reset()
+        self._stamp, self._side = sample.stamp_ns, sample.side
+        points: list[tuple[float, ...]] = [tuple(p) for p in sample.keypoints.tolist()]
+        usable = [
+            bool(v) and all(map(math.isfinite, p))
+            for v, p in zip(sample.valid.tolist(), points, strict=True)
+        ]
+        fault = self._fault(sample.stamp_ns, points, usable)
+        if fault:
+            self._count(fault.split(":")[0])
+        for i in range(4):
+            if usable[i]:
+                self._last[i], self._last_ns[i] = points[i], sample.stamp_ns
+        if not fault and all(usable[:3]):
+            self._learn_lengths(points)
+        return Verdict(np.array(usable), restart, reason or fault)
+
+    def _fault(self, stamp_ns: int, points: list[tuple[float, ...]], usable: list[bool]) -> str:
+        """Name of the fault, with ``usable`` reduced to what can be trusted."""
+        missing = [name for name, ok in zip(_NAMES, usable, strict=True) if not ok]
+        if len(missing) == 4:
+            return "not seen"
+        swapped = self._swapped(points, usable)
+        if swapped:
+            usable[:] = [False] * 4
+            return "markers swapped"
+        jumped = [i for i in range(4) if usable[i] and self._jumped(stamp_ns, i, points[i])]
+        for i in jumped:
+            usable[i] = False
+        if jumped:
+            return "jump: " + ", ".join(_NAMES[i] for i in jumped)
+        wrong = self._implausible(points, usable)
+        if wrong:
+            usable[:] = [False] * 4
+            return wrong
+        if missing and missing != [_NAMES[3]]:
+            return "not seen: " + ", ".join(missing)
+        return ""
+
+    def _limit(self, elapsed: float) -> float:
+        return self._config.max_speed * elapsed + self._config.jump_allowance
+
+    def _jumped(self, stamp_ns: int, keypoint: int, point: tuple[float, ...]) -> bool:
+        last = self._last[keypoint]
+        elapsed = (stamp_ns - self._last_ns[keypoint]) * 1e-9
+        # After a pause nobody knows where the marker went; it is believed again.
+        if last is None or elapsed > self._config.stale_time:
+            return False
+        return math.dist(point, last) > self._limit(elapsed)
+
+    def _swapped(self, points: list[tuple[float, ...]], usable: list[bool]) -> bool:
+        """Whether shoulder, elbow, wrist continue where *others* of them were last seen."""
+        last = self._last[:3]
+        if not all(usable[:3]) or any(p is None for p in last):
+            return False
+        # Exchanged markers stay exchanged: compare for longer than a jump is remembered.
+        known = [p for p in last if p is not None]
+        if self._stamp is None or self._stamp - max(self._last_ns[:3]) > 1_000_000_000:
+            return False
+        stay = sum(math.dist(points[i], known[i]) for i in range(3))
+        if stay < 3.0 * self._config.jump_allowance:
+            return False
+        best = min(sum(math.dist(points[i], known[p[i]]) for i in range(3)) for p in _SWAPS)
+        return best < 0.3 * stay
+
+    def _implausible(self, points: list[tuple[float, ...]], usable: list[bool]) -> str:
+        expected = self._own or self._expected
+        tolerance = self._config.length_tolerance
+        for (a, b), length in zip(((0, 1), (1, 2)), expected, strict=True):
+            if length > 0.0 and usable[a] and usable[b]:
+                found = math.dist(points[a], points[b])
+                if abs(found - length) > tolerance * length:
+                    return (
+                        f"implausible length: {_NAMES[a]}-{_NAMES[b]} {found:.3f} m, "
+                        f"expected {length:.3f} m"
+                    )
+        if usable[0] and usable[2] and math.dist(points[0], points[2]) > self._config.max_reach:
+            return "implausible length: shoulder-wrist"
+        return ""
+
+    def _learn_lengths(self, points: list[tuple[float, ...]]) -> None:
+        if self._own is not None:
+            return
+        self._lengths.append((math.dist(points[0], points[1]), math.dist(points[1], points[2])))
+        if len(self._lengths) >= _LENGTH_SAMPLES:
+            upper, fore = np.median(np.array(self._lengths), axis=0)
+            self._own = (float(upper), float(fore))
+
+    def _count(self, name: str) -> None:
+        self.counters[name] = self.counters.get(name, 0) + 1

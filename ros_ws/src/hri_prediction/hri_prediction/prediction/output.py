@@ -1,0 +1,111 @@
+"""What the predictor says, and how elbow and wrist become a whole arm."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class ReachState(enum.IntEnum):
+    """What the person is doing."""
+
+    IDLE = 0
+    REACHING = 1
+    INVALID = 2
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Predicted distribution of one arm, keypoints shoulder, elbow, wrist, hand tip.
+
+    Never holds NaN. In the state INVALID the mean is the last known arm.
+
+    Args:
+        stamp_ns: Capture time of the newest sample used.
+        state: What the person is doing.
+        reason: Why the state is INVALID, or what is wrong with the newest samples; else empty.
+        side: "left" or "right".
+        times_s: (K,) offsets from ``stamp_ns``, uniform, from 0.
+        mean: (K, 4, 3) metres, world frame.
+        covariance: (K, 4, 3, 3) square metres; of what a sensor will see, noise included.
+        onset_ns: Start of the reach (the stamp itself when there is none).
+        duration_mean_s: Expected duration from onset, 0 when there is no reach.
+        duration_std_s: Its standard deviation.
+        task_names: Names of the tasks, the last one "unknown"; empty without a library.
+        task_probabilities: (n,) probabilities, summing to one.
+    """
+
+    stamp_ns: int
+    state: ReachState
+    reason: str
+    side: str
+    times_s: Array
+    mean: Array
+    covariance: Array
+    onset_ns: int
+    duration_mean_s: float
+    duration_std_s: float
+    task_names: tuple[str, ...]
+    task_probabilities: Array
+
+
+def rotated_along(vector: Array, start: Array, directions: Array) -> Array:
+    """Rotate ``vector`` (3,) as ``start`` (3,) turns into each of ``directions`` (K, 3).
+
+    The shortest rotation (Rodrigues) is used; its length is kept. Where a direction is undefined
+    or opposite to the start, the vector stays as it is.
+    """
+    norms = np.linalg.norm(directions, axis=1)
+    length = float(np.linalg.norm(start))
+    if length < 1e-9:
+        return np.broadcast_to(vector, directions.shape).copy()
+    unit = start / length
+    target = directions / np.maximum(norms, 1e-9)[:, None]
+    axis = np.cross(unit, target)
+    cosine = target @ unit
+    usable = (norms > 1e-9) & (cosine > -0.999)
+    crossed = np.cross(axis, vector)
+    turned = vector + crossed + np.cross(axis, crossed) / np.maximum(1.0 + cosine, 1e-9)[:, None]
+    rotated: Array = np.where(usable[:, None], turned, vector)
+    return rotated
+
+
+def whole_arm(
+    shoulder: Array,
+    elbow_wrist: Array,
+    covariance: Array,
+    hand: Array,
+    forearm: Array,
+    shoulder_sd: float,
+    hand_sd: float,
+) -> tuple[Array, Array]:
+    """Add shoulder and hand tip.
+
+    Args:
+        shoulder: (3,) last seen shoulder.
+        elbow_wrist: (K, 2, 3) predicted positions.
+        covariance: (K, 2, 3, 3) of them.
+        hand: (3,) last seen vector from wrist to hand tip.
+        forearm: (3,) vector from elbow to wrist at that time.
+        shoulder_sd: Standard deviation of the shoulder, metres.
+        hand_sd: Standard deviation that the hand tip has beyond the wrist's.
+
+    Returns:
+        mean (K, 4, 3) and covariance (K, 4, 3, 3).
+    """
+    points = elbow_wrist.shape[0]
+    mean = np.empty((points, 4, 3))
+    mean[:, 0] = shoulder
+    mean[:, 1:3] = elbow_wrist
+    direction = elbow_wrist[:, 1] - elbow_wrist[:, 0]
+    mean[:, 3] = elbow_wrist[:, 1] + rotated_along(hand, forearm, direction)
+    full = np.empty((points, 4, 3, 3))
+    full[:, 0] = np.eye(3) * shoulder_sd**2
+    full[:, 1:3] = covariance
+    full[:, 3] = covariance[:, 1] + np.eye(3) * hand_sd**2
+    return mean, full

@@ -1,0 +1,301 @@
+"""Online prediction of one arm: idle, reaching, or invalid."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hri_prediction.prediction.bank import BankPrior, HypothesisBank, bank_prior
+from hri_prediction.prediction.config import PredictorConfig
+from hri_prediction.prediction.input_check import InputCheck
+from hri_prediction.prediction.library import DIMS, TaskLibrary
+from hri_prediction.prediction.output import Prediction, ReachState, whole_arm
+from hri_prediction.tracks.segmentation import ReachSegmenter
+from hri_prediction.tracks.track import ArmSample
+
+Array = NDArray[np.float64]
+
+
+class ReachPredictor:
+    """Predicts one arm from its samples.
+
+    Idle: the arm rests where it is. At the onset of a reach (found with a delay and back-dated) a
+    bank of hypotheses is started on the buffered samples; while it lasts, the mixture of the bank
+    is the prediction. Without a library a reach continues at constant velocity.
+
+    Args:
+        library: Known tasks, or None.
+        config: Settings.
+    """
+
+    def __init__(
+        self, library: TaskLibrary | None = None, config: PredictorConfig | None = None
+    ) -> None:
+        self.library = library
+        self.config = config or PredictorConfig()
+        self._priors: dict[str, BankPrior] = {}
+        self._banks: dict[str, HypothesisBank] = {}
+        lengths = (library.upper_arm_m, library.forearm_m) if library else (0.0, 0.0)
+        self._check = InputCheck(self.config, *lengths)
+        self._segmenter = ReachSegmenter(self.config.segmentation)
+        self._points = 1 + round(self.config.horizon / self.config.step)
+        self._times: Array = np.asarray(np.arange(self._points) * self.config.step, dtype=float)
+        self.counters: dict[str, int] = {}
+        if library is not None:
+            for side in ("left", "right"):
+                self._priors[side] = bank_prior(library.for_side(side), self.config)
+                self._banks[side] = HypothesisBank(self._priors[side], self.config)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the person; counters and library stay."""
+        self._check.reset()
+        self._forget()
+
+    def _forget(self) -> None:
+        self._segmenter.reset()
+        self._buffer: deque[tuple[float, Array]] = deque()
+        self._known = np.full((4, 3), math.nan)
+        self._hand: Array | None = None
+        self._forearm = np.zeros(3)
+        self._side = ""
+        self._epoch: int | None = None
+        self._newest = 0
+        self._usable_s = -math.inf
+        self._reason = ""
+        self._reaching = False
+        self._onset_s = 0.0
+        self._reference = np.zeros(3)
+        self._updated_s = -math.inf
+        self._current = np.full((4, 3), math.nan)
+
+    # -- input ------------------------------------------------------------------------------
+
+    def observe(self, sample: ArmSample) -> None:
+        """Take one sample; faults are counted and kept out, never raised."""
+        verdict = self._check.check(sample)
+        self._count("samples")
+        if verdict.reason:
+            self._count(verdict.reason.split(":")[0])
+        if verdict.reason == "late or repeated sample":
+            return
+        if verdict.restart:
+            self._count("restarts")
+            self._forget()
+        if self._epoch is None:
+            self._epoch = sample.stamp_ns
+        self._side = sample.side
+        self._newest = sample.stamp_ns
+        self._reason = verdict.reason
+        now = (sample.stamp_ns - self._epoch) * 1e-9
+        points = np.where(verdict.usable[:, None], sample.keypoints, math.nan)
+        self._current = points
+        self._remember(points, verdict.usable)
+        if not (verdict.usable[1] or verdict.usable[2]):
+            return
+        if self._usable_s > -math.inf and now - self._usable_s > self.config.max_gap:
+            self._reason = f"restarted after {now - self._usable_s:.2f} s without the arm"
+            self._count("gaps")
+            self._stop()
+            self._buffer.clear()
+        self._usable_s = now
+        self._buffer.append((now, points))
+        while now - self._buffer[0][0] > self.config.buffer_time:
+            self._buffer.popleft()
+        event = self._segmenter.push(now, points[2]) if verdict.usable[2] else None
+        if event is not None and event.kind == "onset":
+            self._begin(event.time_s)
+        elif event is not None:
+            self._stop()
+        elif self._reaching:
+            self._update(now, points)
+
+    def _remember(self, points: Array, usable: NDArray[np.bool_]) -> None:
+        self._known[usable] = points[usable]
+        if usable[1:].all():
+            self._hand = points[3] - points[2]
+            self._forearm = points[2] - points[1]
+
+    def _begin(self, onset_s: float) -> None:
+        """Start the bank at the onset and feed it what the buffer holds since."""
+        self._count("reaches")
+        self._reaching = True
+        self._onset_s = onset_s
+        self._updated_s = -math.inf
+        self._reference = self._shoulder_at(onset_s)
+        if self.library is None:
+            return
+        self._banks[self._side].restart()
+        # Counted back from the newest, so that the newest sample is always among those used.
+        chosen = []
+        due = math.inf
+        for time_s, points in reversed(self._buffer):
+            if time_s < onset_s - 0.5 * self.config.update_interval:
+                break
+            if time_s <= due + 1e-9:
+                chosen.append((time_s, points))
+                due = time_s - self.config.update_interval
+        for time_s, points in reversed(chosen):
+            self._update(time_s, points)
+
+    def _stop(self) -> None:
+        self._reaching = False
+
+    def _shoulder_at(self, time_s: float) -> Array:
+        """Mean of the shoulder within 20 ms of a time, else the nearest seen, else the last."""
+        seen = [(abs(t - time_s), p[0]) for t, p in self._buffer if not math.isnan(p[0, 0])]
+        if not seen:
+            return self._known[0].copy()
+        near = [p for gap, p in seen if gap <= 0.02]
+        if near:
+            mean: Array = np.mean(near, axis=0)
+            return mean
+        return min(seen, key=lambda item: item[0])[1].copy()
+
+    def _update(self, time_s: float, points: Array) -> None:
+        """Condition the bank, at most once every ``update_interval``."""
+        if self.library is None or math.isnan(self._reference[0]):
+            return
+        if time_s - self._updated_s < self.config.update_interval - 1e-6:
+            return
+        self._updated_s = time_s
+        value = (points[1:3] - self._reference).ravel()
+        seen = np.isfinite(value)
+        failed = self._banks[self._side].observe(
+            time_s - self._onset_s, np.where(seen, value, 0.0), seen
+        )
+        if failed:
+            self._count("failed hypotheses", failed)
+
+    def _count(self, name: str, by: int = 1) -> None:
+        self.counters[name] = self.counters.get(name, 0) + by
+
+    # -- output -----------------------------------------------------------------------------
+
+    def predict(self, now_ns: int | None = None) -> Prediction | None:
+        """The prediction from the newest sample on, or None until shoulder and wrist were seen.
+
+        Args:
+            now_ns: Present time on the samples' clock, to notice that samples stopped coming;
+                default: the time of the newest sample.
+        """
+        if self._epoch is None or np.isnan(self._known[[0, 2]]).any():
+            return None
+        newest = (self._newest - self._epoch) * 1e-9
+        now = newest if now_ns is None else max(newest, (now_ns - self._epoch) * 1e-9)
+        state = ReachState.REACHING if self._reaching else ReachState.IDLE
+        reason = self._reason
+        age = now - self._usable_s
+        if age > self.config.stale_time:
+            state = ReachState.INVALID
+            text = f"no usable sample for {age:.2f} s" if math.isfinite(age) else "arm not seen"
+            reason = f"{text} ({reason})" if reason else text
+        elbow_wrist = self._resting()
+        moving = state == ReachState.REACHING
+        if moving and self._bank_ready():
+            mean, covariance = self._from_bank(newest)
+        elif moving:
+            mean, covariance = self._constant_velocity(elbow_wrist)
+        else:
+            mean, covariance = self._hold(elbow_wrist, min(max(age, 0.0), 10.0))
+        forearm = self._forearm
+        if self._hand is None:
+            forearm = elbow_wrist[1] - elbow_wrist[0]
+            hand = forearm * (self.config.hand_length / max(float(np.linalg.norm(forearm)), 1e-6))
+        else:
+            hand = self._hand
+        full, spread = whole_arm(
+            self._known[0],
+            mean,
+            covariance,
+            hand,
+            forearm,
+            self.config.shoulder_sd,
+            self.config.hand_sd,
+        )
+        names, probabilities, duration = self._belief(moving)
+        return Prediction(
+            stamp_ns=self._newest,
+            state=state,
+            reason=reason,
+            side=self._side,
+            times_s=self._times.copy(),
+            mean=full,
+            covariance=spread,
+            onset_ns=self._epoch + round(self._onset_s * 1e9) if moving else self._newest,
+            duration_mean_s=duration[0],
+            duration_std_s=duration[1],
+            task_names=names,
+            task_probabilities=probabilities,
+        )
+
+    def _resting(self) -> Array:
+        """Last known elbow and wrist (2, 3); an elbow never seen is put half way."""
+        elbow, wrist = self._known[1], self._known[2]
+        if math.isnan(elbow[0]):
+            elbow = 0.5 * (self._known[0] + wrist)
+        return np.stack([elbow, wrist])
+
+    def _bank_ready(self) -> bool:
+        return self.library is not None and self._updated_s > -math.inf
+
+    def _belief(self, moving: bool) -> tuple[tuple[str, ...], Array, tuple[float, float]]:
+        if self.library is None:
+            return (), np.zeros(0), (0.0, 0.0)
+        bank = self._banks[self._side]
+        if moving and self._bank_ready():
+            return bank.prior.names, bank.task_probabilities(), bank.duration()
+        prior = np.bincount(bank.prior.tasks, np.exp(bank.prior.log_prior))
+        return bank.prior.names, prior / prior.sum(), (0.0, 0.0)
+
+    def _from_bank(self, now: float) -> tuple[Array, Array]:
+        mean, covariance = self._banks[self._side].moments(
+            now - self._onset_s, self.config.step, self._points
+        )
+        mean += self._reference
+        # People speed up and slow down within a reach; a bank of constant paces cannot know.
+        drift = np.gradient(mean, self.config.step, axis=0)
+        drift *= (self.config.pace_sd * self._times)[:, None, None]
+        covariance += drift[..., :, None] * drift[..., None, :]
+        # What the model cannot follow, and samples newer than the last update: the path begins
+        # at the newest sample and returns to the model within anchor_time.
+        offset = self._current[1:3] - mean[0]
+        offset[np.isnan(offset)] = 0.0
+        fade = np.exp(-self._times / max(self.config.anchor_time, 1e-6))
+        mean += fade[:, None, None] * offset
+        covariance *= self.config.inflation
+        covariance += np.eye(3) * self.config.noise_sd**2
+        return mean, covariance
+
+    def _hold(self, elbow_wrist: Array, age: float) -> tuple[Array, Array]:
+        mean = np.broadcast_to(elbow_wrist, (self._points, 2, 3)).copy()
+        growth = self.config.idle_growth * self._times + self.config.max_speed * 0.1 * age
+        variance = self.config.idle_sd**2 + growth**2
+        covariance = np.broadcast_to(
+            variance[:, None, None, None] * np.eye(3), (self._points, 2, 3, 3)
+        )
+        return mean, covariance.copy()
+
+    def _constant_velocity(self, elbow_wrist: Array) -> tuple[Array, Array]:
+        velocity = np.zeros(DIMS)
+        recent = [
+            (t, p[1:3].ravel())
+            for t, p in self._buffer
+            if t >= self._usable_s - self.config.velocity_window
+        ]
+        times = np.array([t for t, _ in recent])
+        values = np.array([v for _, v in recent])
+        for d in range(DIMS):
+            seen = np.isfinite(values[:, d])
+            centred = times[seen] - times[seen].mean() if seen.any() else times[:0]
+            square = float(centred @ centred)
+            if seen.sum() >= 3 and square > 0.0:
+                velocity[d] = centred @ values[seen, d] / square
+        mean = elbow_wrist + self._times[:, None, None] * velocity.reshape(2, 3)
+        growth = 0.5 * self.config.velocity_acceleration_sd * self._times**2
+        variance = self.config.idle_sd**2 + growth**2
+        covariance = variance[:, None, None, None] * np.eye(3)
+        return mean, np.broadcast_to(covariance, (self._points, 2, 3, 3)).copy()

@@ -1,0 +1,30 @@
+"""Compile every kernel once, before anything is timed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hri_prediction.prediction.bank import HypothesisBank, bank_prior
+from hri_prediction.prediction.config import PredictorConfig
+from hri_prediction.prediction.library import DIMS, TaskModel
+from hri_prediction.promp.basis import PhaseBasis
+from hri_prediction.promp.model import ProMP
+from hri_prediction.tracks.segmentation import regression_speed
+
+
+def warm_kernels() -> None:
+    """Call each compiled function once with arrays of the types used in earnest.
+
+    Takes some ten seconds when nothing is cached, and milliseconds afterwards. Nodes call it before
+    they take part in anything, so that no first sample waits for a compiler.
+    """
+    regression_speed(np.arange(5.0), np.zeros((5, 3)))
+    basis = PhaseBasis(3)
+    size = DIMS * basis.count
+    promp = ProMP(basis, np.zeros(size), np.eye(size), np.eye(DIMS))
+    config = PredictorConfig(durations=1, weights_per_dim=3)
+    bank = HypothesisBank(
+        bank_prior((TaskModel("warm", "any", promp, 1.0, 0.1, 1, 0.0),), config), config
+    )
+    bank.observe(0.1, np.zeros(DIMS), np.ones(DIMS, dtype=bool))
+    bank.moments(0.1, 0.1, 2)

@@ -1,0 +1,260 @@
+"""Conducts a scenario over a live graph: cues the person, sends the robot's goals, watches."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import rclpy
+from action_msgs.msg import GoalStatus
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.action import ActionClient
+from rclpy.experimental.events_executor import EventsExecutor
+from rclpy.node import Node
+
+from hri_prediction.errors import GraphError
+from hri_prediction.ros.conversions import WORLD
+from hri_prediction.ros.messages import Cue, PlannerStatus, ReachTarget, SimState
+from hri_prediction.ros.qos import SENSOR, reliable
+from hri_prediction.ros.time import seconds_to_ns, to_time
+from hri_sim.launch.supervisor import Death, Supervisor
+from hri_sim.scenario.schema import Scenario
+
+OUTCOMES = {
+    ReachTarget.Result.REACHED: "reached",
+    ReachTarget.Result.CANCELLED: "cancelled",
+    ReachTarget.Result.UNREACHABLE: "unreachable",
+    ReachTarget.Result.BLOCKED: "blocked",
+    ReachTarget.Result.LOST_INPUT: "lost_input",
+    ReachTarget.Result.REJECTED: "rejected",
+    ReachTarget.Result.PREEMPTED: "preempted",
+    ReachTarget.Result.FAILED: "failed",
+}
+CUE_LEAD_S = 0.1
+"""The cue is sent this long before the reach begins, so that everyone has it in time [s]."""
+REST_S = 0.5
+"""Rest between reaches, in which the predictor sees that nobody moves [s]."""
+
+
+@dataclass(frozen=True)
+class ReachReport:
+    """How one reach went.
+
+    Attributes:
+        index: Number of the reach in the scenario.
+        target: Name of the robot's target.
+        outcome: One of :data:`OUTCOMES`.
+        reason: In plain words.
+        cue_ns: When the reach began, on the ROS clock [ns].
+        end_ns: When its result came [ns].
+        duration_s: From acceptance of the goal to its end [s].
+        goal_error_m: Distance of the tool to the goal at the end [m].
+        replans: Plans that took effect.
+    """
+
+    index: int
+    target: str
+    outcome: str
+    reason: str
+    cue_ns: int
+    end_ns: int
+    duration_s: float
+    goal_error_m: float
+    replans: int
+
+
+class NodeDeath(GraphError):
+    """A node that the run needs has ended by itself.
+
+    Attributes:
+        death: Which, how, and its last words.
+    """
+
+    def __init__(self, death: Death) -> None:
+        self.death = death
+        super().__init__(str(death))
+
+
+class Conductor:
+    """The launching process's own node.
+
+    Args:
+        scenario: What is to be done.
+        supervisor: Whose nodes to watch.
+        say: Takes the one-line live status.
+        action: Name of the action to send goals to.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        supervisor: Supervisor,
+        say: Callable[[str], None],
+        action: str = "ptomp/reach_target",
+    ) -> None:
+        self._scenario = scenario
+        self._supervisor = supervisor
+        self._say = say
+        rclpy.init()
+        self._node = Node("conductor", start_parameter_services=False)
+        self._executor = EventsExecutor()
+        self._executor.add_node(self._node)
+        self._cues = self._node.create_publisher(Cue, "sim/cue", reliable(10))
+        self._client = ActionClient(self._node, ReachTarget, action)
+        self._action = action
+        self._ready: set[str] = set()
+        self._state: SimState | None = None
+        self._status: PlannerStatus | None = None
+        self._smallest = float("inf")
+        self._node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 50)
+        self._node.create_subscription(SimState, "sim/state", self._on_state, SENSOR)
+        self._node.create_subscription(PlannerStatus, "ptomp/status", self._on_status, reliable(10))
+        self._next_say = 0.0
+
+    def close(self) -> None:
+        """Destroy node and context."""
+        self._client.destroy()
+        self._executor.shutdown()
+        self._node.destroy_node()
+        rclpy.try_shutdown()
+
+    # ------------------------------------------------------------------ listening
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        self._ready.update(status.hardware_id for status in message.status)
+
+    def _on_state(self, message: SimState) -> None:
+        self._state = message
+        self._smallest = min(self._smallest, message.clearance)
+
+    def _on_status(self, message: PlannerStatus) -> None:
+        self._status = message
+
+    def now_ns(self) -> int:
+        """ROS time [ns]."""
+        return int(self._node.get_clock().now().nanoseconds)
+
+    def spin_until(self, done: Callable[[], bool], timeout_s: float, what: str) -> None:
+        """Let messages in until ``done()``.
+
+        Raises:
+            NodeDeath: when an essential node ends.
+            GraphError: when it does not happen in time.
+        """
+        end = time.monotonic() + timeout_s
+        while not done():
+            self._executor.spin_once(timeout_sec=0.02)
+            for death in self._supervisor.deaths():
+                if self._supervisor.is_essential(death.label):
+                    raise NodeDeath(death)
+                self._say(f"{death}; the run goes on")
+            if time.monotonic() > end:
+                raise GraphError(f"{what} did not happen within {timeout_s:.0f} s")
+
+    def rest(self, seconds: float) -> None:
+        """Wait, listening."""
+        end = time.monotonic() + seconds
+        self.spin_until(lambda: time.monotonic() >= end, seconds + 5.0, "the end of a rest")
+
+    def wait_ready(self, timeout_s: float = 60.0) -> None:
+        """Wait until every node has said that it runs, and the action is there.
+
+        Raises:
+            NodeDeath: when one ended instead.
+            GraphError: when some are still missing; they are named.
+        """
+        labels = set(self._supervisor.labels)
+
+        def ready() -> bool:
+            missing = labels - self._ready
+            self._say(f"waiting for {', '.join(sorted(missing))}" if missing else "starting")
+            return not missing and self._client.server_is_ready()
+
+        try:
+            self.spin_until(ready, timeout_s, "start-up")
+        except GraphError as error:
+            if isinstance(error, NodeDeath):
+                raise
+            missing = labels - self._ready
+            raise GraphError(
+                f"not ready after {timeout_s:.0f} s: {', '.join(sorted(missing)) or self._action}",
+                hint=f"see the logs in {self._supervisor.folder / 'log'}",
+            ) from error
+
+    # ------------------------------------------------------------------ acting
+    def run(self) -> list[ReachReport]:
+        """Conduct all reaches; ends early after one that was not reached."""
+        reports = []
+        for index in range(len(self._scenario.reaches)):
+            self.rest(REST_S)
+            report = self._reach(index)
+            reports.append(report)
+            if report.outcome != "reached":
+                break
+        self.rest(REST_S)
+        return reports
+
+    def _reach(self, index: int) -> ReachReport:
+        reach = self._scenario.reaches[index]
+        cue_ns = self.now_ns() + seconds_to_ns(CUE_LEAD_S)
+        cue = Cue(reach=index, delay=reach.person_delay, duration=reach.person_duration)
+        cue.header.stamp = to_time(cue_ns)
+        cue.person_target = reach.person_target or ""
+        self._cues.publish(cue)
+        self.spin_until(lambda: self.now_ns() >= cue_ns, 5.0, "the cue")
+
+        goal = ReachTarget.Goal(target=reach.robot_target, duration=reach.duration)
+        x, y, z = self._scenario.targets[reach.robot_target]
+        goal.pose.header.frame_id = WORLD
+        goal.pose.pose.position.x, goal.pose.pose.position.y = x, y
+        goal.pose.pose.position.z = z
+        self._smallest = float("inf")
+        sent = self._client.send_goal_async(goal)
+        self.spin_until(sent.done, 5.0, f"an answer of {self._action}")
+        handle: Any = sent.result()
+        if not handle.accepted:
+            raise GraphError(f"{self._action} refused the goal {reach.robot_target!r}")
+        future = handle.get_result_async()
+
+        def finished() -> bool:
+            self._say_status(index)
+            return bool(future.done())
+
+        self.spin_until(finished, 60.0, f"the result of {self._action}")
+        answer = future.result()
+        result = answer.result
+        if answer.status == GoalStatus.STATUS_UNKNOWN:
+            raise GraphError(f"{self._action} lost the goal {reach.robot_target!r}")
+        end_ns = self.now_ns()
+        # The person may still be on the way: the robot must stay clear of that too.
+        person_end_ns = cue_ns + seconds_to_ns(reach.person_delay + 1.4 * reach.person_duration)
+        if reach.person_target:
+            self.spin_until(lambda: self.now_ns() >= person_end_ns, 30.0, "the person's rest")
+        return ReachReport(
+            index=index,
+            target=reach.robot_target,
+            outcome=OUTCOMES.get(result.outcome, "failed"),
+            reason=result.reason,
+            cue_ns=cue_ns,
+            end_ns=end_ns,
+            duration_s=float(result.duration),
+            goal_error_m=float(result.goal_error),
+            replans=int(result.replans),
+        )
+
+    def _say_status(self, index: int) -> None:
+        if time.monotonic() < self._next_say:
+            return
+        self._next_say = time.monotonic() + 0.1
+        stages = ("idle", "moving", "waiting", "stopping", "holding")
+        words = [f"reach {index + 1}/{len(self._scenario.reaches)}"]
+        if self._status is not None:
+            words.append(stages[min(self._status.stage, len(stages) - 1)])
+            words.append(f"{self._status.distance_to_goal * 100:5.1f} cm to go")
+            words.append(f"replans {self._status.replan}")
+        if self._state is not None and self._state.clearance < 1e8:
+            words.append(f"clear {self._state.clearance * 100:5.1f} cm (least {self._smallest * 100:.1f})")
+        if self._status is not None and self._status.reason:
+            words.append(self._status.reason)
+        self._say(" · ".join(words))

@@ -1,0 +1,212 @@
+"""From the bag of a run to arrays and figures. The bag is the only witness."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hri_prediction.bags.reader import BagReader
+from hri_prediction.errors import DataError
+from hri_prediction.ros.messages import HumanPrediction
+from hri_prediction.ros.time import NANO, to_ns
+from hri_sim.launch.conductor import ReachReport
+from hri_sim.media.frames import BaselineTrack, PredictionMark, ReachMark, RunRecord
+from hri_sim.scenario.schema import Scenario
+from hri_sim.simulator.baseline import run_baseline
+
+FloatArray = NDArray[np.float64]
+_FAR = 1e8  # clearances beyond this mean that nobody was there
+
+
+@dataclass(frozen=True)
+class Series:
+    """Figures of a run over time; times on the run's clock [s], which is zero at ``origin_ns``.
+
+    Attributes:
+        origin_ns: ROS time of the run's zero [ns].
+        record: Robot, people, clearance; what pictures are made from.
+        reference_s: Times of the controller's references.
+        handover_jump_rad: Largest step at hand-over since the motion began, at these times.
+        speed_scale: Controller's speed scale at these times.
+        status_s: Times of the planner's status.
+        misses: Deadline misses of the motion so far, at these times.
+        mocap_to_prediction_ms: Newest sample used → prediction sent.
+        mocap_to_trajectory_ms: Newest sample used → trajectory sent.
+        counts: Messages by topic.
+        duration_s: First to last message.
+    """
+
+    origin_ns: int
+    record: RunRecord
+    reference_s: FloatArray
+    handover_jump_rad: FloatArray
+    speed_scale: FloatArray
+    status_s: FloatArray
+    misses: NDArray[np.int64]
+    mocap_to_prediction_ms: FloatArray
+    mocap_to_trajectory_ms: FloatArray
+    counts: dict[str, int]
+    duration_s: float
+
+    def rate_hz(self, topic: str) -> float:
+        """Mean rate of a topic over the run [Hz]."""
+        return self.counts.get(topic, 0) / self.duration_s if self.duration_s else 0.0
+
+
+def _decode(reader: BagReader, topics: set[str]) -> dict[str, list[tuple[int, Any]]]:
+    """Topic to (publish time [ns], message)."""
+    found: dict[str, list[tuple[int, Any]]] = {topic: [] for topic in topics}
+    for message in reader.messages(topics):
+        found[message.topic].append((message.publish_time_ns, message.decode()))
+    return found
+
+
+def read_run(
+    bag: Path, scenario: Scenario, reports: list[ReachReport], *, sensor_delay_s: float, title: str
+) -> Series:
+    """Read a run.
+
+    Args:
+        bag: Bag folder.
+        scenario: What was done.
+        reports: How the reaches went; their times are put onto the run's clock.
+        sensor_delay_s: Simulated delay of the sensor, which is not counted as latency [s].
+        title: Heading of pictures.
+
+    Raises:
+        DataError: when the bag lacks the simulator's state.
+    """
+    reader = BagReader(bag, allow_unclosed=True)
+    bodies = [person.id for person in scenario.persons]
+    truth = [f"/sim/bodies/{body}/arm" for body in bodies]
+    predictions = [f"/humans/bodies/{body}/prediction" for body in bodies]
+    fixed = ["/sim/state", "/joint_states", "/ptomp/status", "/joint_trajectory_controller/reference"]
+    trajectories = "/joint_trajectory_controller/joint_trajectory"
+    topics = {*fixed, *truth, *predictions, trajectories}
+    data = _decode(reader, topics & set(reader.topics) | set(fixed))
+    if len(data["/sim/state"]) < 2:
+        raise DataError(f"{bag} holds no /sim/state", expected="a bag of a simulated run")
+    states = {to_ns(m.header.stamp): m for _, m in data["/sim/state"]}
+    joints = {to_ns(m.header.stamp): m for _, m in data["/joint_states"]}
+    stamps = np.array(sorted(states.keys() & joints.keys()))
+    origin = int(stamps[0])
+
+    def seconds(values: list[int]) -> FloatArray:
+        return (np.array(values, dtype=np.int64) - origin) / NANO
+
+    clearance = np.array([states[int(s)].clearance for s in stamps])
+    record = RunRecord(
+        scenario=scenario,
+        time_s=(stamps - origin) / NANO,
+        q=np.array([joints[int(s)].position for s in stamps]),
+        arms=_arms([data.get(topic, []) for topic in truth], stamps),
+        clearance_m=np.where(clearance < _FAR, clearance, np.inf),
+        reaches=tuple(
+            ReachMark((r.cue_ns - origin) / NANO, (r.end_ns - origin) / NANO, f"reach {r.index + 1}")
+            for r in reports
+        ),
+        predictions=_predictions(
+            {b: data.get(topic, []) for b, topic in zip(bodies, predictions, strict=True)}, origin
+        ),
+        title=title,
+    )
+    references = [message for _, message in data["/joint_trajectory_controller/reference"]]
+    status = [message for _, message in data["/ptomp/status"]]
+    delay_ns = sensor_delay_s * NANO
+    to_prediction = [
+        (sent - to_ns(m.header.stamp) - delay_ns) / 1e6
+        for topic in predictions
+        for sent, m in data.get(topic, [])
+        if m.state != HumanPrediction.INVALID
+    ]
+    sent_at = {to_ns(m.header.stamp): sent for sent, m in data.get(trajectories, [])}
+    to_trajectory = [
+        (sent_at[to_ns(m.handover)] - to_ns(m.newest_sample) - delay_ns) / 1e6
+        for m in status
+        if to_ns(m.handover) in sent_at and to_ns(m.newest_sample)
+    ]
+    metadata = reader.metadata
+    return Series(
+        origin_ns=origin,
+        record=record,
+        reference_s=seconds([to_ns(m.header.stamp) for m in references]),
+        handover_jump_rad=np.array([m.max_handover_jump for m in references]),
+        speed_scale=np.array([m.speed_scale for m in references]),
+        status_s=seconds([to_ns(m.header.stamp) for m in status]),
+        misses=np.array([m.deadline_misses for m in status], dtype=np.int64),
+        mocap_to_prediction_ms=np.array(to_prediction),
+        mocap_to_trajectory_ms=np.array(to_trajectory),
+        counts={name: info.message_count for name, info in reader.topics.items()},
+        duration_s=metadata.duration_ns / NANO,
+    )
+
+
+def _arms(messages: list[list[tuple[int, Any]]], stamps: NDArray[np.int64]) -> FloatArray:
+    """True arms (N, P, 4, 3) [m] at the stamps, by interpolation; NaN before the first one."""
+    arms = np.full((len(stamps), len(messages), 4, 3), np.nan)
+    for person, items in enumerate(messages):
+        if len(items) < 2:
+            continue
+        times = np.array([to_ns(m.header.stamp) for _, m in items])
+        order = np.unique(times, return_index=True)[1]
+        flat = np.array([m.keypoints for _, m in items])[order]
+        grid = (times[order] - stamps[0]) / NANO
+        wanted = (stamps - stamps[0]) / NANO
+        columns = [np.interp(wanted, grid, flat[:, k], left=np.nan) for k in range(12)]
+        arms[:, person] = np.stack(columns, axis=1).reshape(-1, 4, 3)
+    return arms
+
+
+def _predictions(
+    data: dict[str, list[tuple[int, Any]]], origin: int
+) -> tuple[PredictionMark, ...]:
+    marks = []
+    for body_id, messages in data.items():
+        for _, message in messages:
+            if message.state == HumanPrediction.INVALID:
+                continue
+            count = len(message.times)
+            covariance = np.array(message.covariance).reshape(count, 4, 3, 3)
+            marks.append(
+                PredictionMark(
+                    time_s=(to_ns(message.header.stamp) - origin) / NANO,
+                    mean=np.array(message.mean).reshape(count, 4, 3),
+                    sigma=np.sqrt(np.linalg.eigvalsh(covariance)[..., -1].clip(min=0.0)),
+                    body_id=body_id,
+                )
+            )
+    return tuple(sorted(marks, key=lambda mark: mark.time_s))
+
+
+def with_baseline(record: RunRecord) -> RunRecord:
+    """The record with the same scene and people, and nominal motions without replanning.
+
+    The people are the recorded truth, the simulator the same, contacts are off.
+    """
+    scenario = record.scenario
+    if not scenario.persons or not record.reaches:
+        return record
+    truth: dict[str, Any] = {}
+    for index, person in enumerate(scenario.persons):
+        arm = record.arms[:, index].reshape(-1, 12)
+        seen = np.isfinite(arm).all(axis=1)
+        if not seen.any():
+            continue
+        truth[person.id] = _interpolator(record.time_s[seen], arm[seen])
+    starts = [mark.start_s for mark in record.reaches]
+    hold = max(float(record.time_s[-1]) - starts[-1] - scenario.reaches[-1].duration, 0.6)
+    result = run_baseline(scenario, truth, starts, hold_s=hold)
+    return replace(
+        record, baseline=BaselineTrack(time_s=result.time_s, q=result.q, clearance_m=result.clearance_m)
+    )
+
+
+def _interpolator(time_s: FloatArray, values: FloatArray) -> Any:
+    def at(now: float) -> FloatArray:
+        return np.array([np.interp(now, time_s, column) for column in values.T]).reshape(4, 3)
+
+    return at

@@ -1,0 +1,289 @@
+"""One run of the graph: make the folder, start the nodes, conduct the scenario, stop, look at the bag."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from hri_prediction.errors import ConfigError, HriError
+from hri_prediction.prediction.library import TaskLibrary, train_library
+from hri_prediction.tracks.files import load_tracks
+from hri_prediction.tracks.placement import Placement
+from hri_prediction.tracks.seating import suggest_placement
+from hri_sim.launch.conductor import Conductor, NodeDeath, ReachReport
+from hri_sim.launch.record import Series, read_run, with_baseline
+from hri_sim.launch.summary import summarise, write_summary
+from hri_sim.launch.supervisor import NodeSpec, Supervisor
+from hri_sim.people.seeding import training_generator
+from hri_sim.people.training import scenario_training
+from hri_sim.scenario.conditions import draw_scenario
+from hri_sim.scenario.recorded import recorded_scenario
+from hri_sim.scenario.schema import Scenario, load_scenario, save_scenario
+
+COMMAND_TIMEOUT_S = 0.1
+"""Heartbeat age at which the controller of a supervised run stops the robot [s]."""
+READY_TIMEOUT_S = 90.0
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """What a run is made of.
+
+    Attributes:
+        out: Folder of the run; must be empty or not exist.
+        bag: Bag folder; by default ``out/bag``.
+        seed: Seed of everything random.
+        scenario: Scenario file; none: drawn by the seed.
+        reaches: Reaches of a drawn scenario; none: 3, or as many as fit a recording.
+        planner: Name of the planner.
+        human: ``simulated`` or ``replay``.
+        human_file: Recording to replay.
+        trial: Track of it.
+        place: Where it is put, ``X,Y,Z,YAW``; none: seated across the table.
+        library: Task library; none: trained on simulated reaches of the scenario's tasks (replay:
+            none, prediction by constant velocity).
+        parameters: Further parameters by node name.
+    """
+
+    out: Path
+    bag: Path | None = None
+    seed: int = 0
+    scenario: Path | None = None
+    reaches: int | None = None
+    planner: str = "ptomp"
+    human: str = "simulated"
+    human_file: Path | None = None
+    trial: int | None = None
+    place: str | None = None
+    library: Path | None = None
+    parameters: dict[str, dict[str, Any]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """What came of a run.
+
+    Attributes:
+        summary: Content of ``summary.json``.
+        series: The run over time.
+        bag: Bag folder.
+    """
+
+    summary: dict[str, Any]
+    series: Series
+    bag: Path
+
+
+def prepare_folder(folder: Path) -> None:
+    """Create the run's folder, or say at once why it cannot be written.
+
+    Raises:
+        ConfigError: when it is not empty, is a file, or cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if any(folder.iterdir()):
+            raise ConfigError(
+                f"{folder} is not empty", expected="a new or empty folder", hint="choose another --out"
+            )
+        probe = folder / ".probe"
+        probe.write_text("")
+        probe.unlink()
+    except OSError as error:
+        raise ConfigError(
+            f"cannot write to {folder}: {error.strerror}", hint="choose another folder with --out"
+        ) from error
+
+
+def _scene(options: RunOptions) -> tuple[Scenario, Placement | None]:
+    """Scenario of the run, and where a recording is put."""
+    if options.human == "simulated":
+        if options.scenario is not None:
+            return load_scenario(options.scenario), None
+        return draw_scenario(options.seed, options.reaches or 3), None
+    if options.human_file is None:
+        raise ConfigError("--human replay without a recording", hint="give --human-file FILE")
+    tracks = load_tracks(options.human_file)
+    trial = options.trial or 0
+    if not 0 <= trial < len(tracks):
+        raise ConfigError(
+            f"--trial {trial}", expected=f"0 to {len(tracks) - 1}: {options.human_file} holds "
+            f"{len(tracks)} trials"
+        )  # fmt: skip
+    track = tracks[trial]
+    placement = Placement.parse(options.place) if options.place else suggest_placement(track)
+    placed = track.transformed(placement)
+    if options.scenario is not None:
+        return load_scenario(options.scenario), placement
+    return recorded_scenario(placed, options.seed, options.reaches), placement
+
+
+def _library(options: RunOptions, scenario: Scenario) -> Path | None:
+    """The task library of the predictor, trained here when none is given."""
+    if options.library is not None:
+        TaskLibrary.load(options.library)  # a wrong file is named before anything starts
+        return options.library
+    if options.human != "simulated":
+        return None
+    tracks = []
+    for index in range(len(scenario.reaches)):
+        if scenario.reaches[index].person_target is None:
+            continue
+        body = scenario.person_of(index).id
+        rng = training_generator(options.seed, body, index)
+        for group in scenario_training(scenario, index, rng).values():
+            tracks += group
+    if not tracks:
+        return None
+    path = options.out / "library.npz"
+    train_library(tracks).save(path)
+    return path
+
+
+def node_specs(
+    options: RunOptions,
+    scenario: Scenario,
+    scenario_path: Path,
+    library: Path | None,
+    placement: Placement | None,
+    bag: Path,
+) -> list[NodeSpec]:
+    """The nodes of a ptomp run."""
+    common = {"scenario": str(scenario_path), "seed": options.seed}
+    names = list(scenario.targets)
+    ptomp: dict[str, Any] = {
+        "seed": options.seed,
+        "target_names": names,
+        "target_positions": [float(v) for name in names for v in scenario.targets[name]],
+        "table_center": [float(v) for v in scenario.table.center],
+        "table_size": [float(v) for v in scenario.table.size],
+    }
+    specs = [
+        NodeSpec("hri_sim", "simulator", {**common, "command_timeout": COMMAND_TIMEOUT_S}),
+        NodeSpec("hri_prediction", "predictor", {"library": str(library) if library else ""}),
+        NodeSpec("hri_planner", options.planner, ptomp),
+        NodeSpec(
+            "hri_sim",
+            "recorder",
+            {
+                "output": str(bag),
+                "provenance": json.dumps(
+                    {
+                        "seed": options.seed,
+                        "scenario": scenario.name,
+                        "planner": options.planner,
+                        "human": options.human,
+                        "human_file": options.human_file.name if options.human_file else "",
+                        "library": str(library or ""),
+                    }
+                ),
+            },
+            essential=False,
+            last=True,
+        ),
+    ]
+    if options.human == "simulated":
+        specs.insert(1, NodeSpec("hri_sim", "person", common))
+    else:
+        assert placement is not None
+        place = f"{placement.x},{placement.y},{placement.z},{math.degrees(placement.yaw)}"
+        specs.insert(
+            1,
+            NodeSpec(
+                "hri_sim",
+                "replayer",
+                {
+                    "file": str(options.human_file),
+                    "trial": options.trial or 0,
+                    "place": place,
+                    "start": "cue",
+                    "resample": 250.0,
+                    "body_id": scenario.persons[0].id,
+                },
+            ),
+        )
+    return [
+        replace(spec, parameters={**spec.parameters, **options.parameters.get(spec.label, {})})
+        for spec in specs
+    ]
+
+
+@contextlib.contextmanager
+def _status_line(console: Console) -> Iterator[Callable[[str], None]]:
+    """A live line on a terminal; on anything else, a plain line a second at most."""
+    if console.is_terminal:
+        with console.status("starting") as status:
+            yield lambda text: status.update(text)
+        return
+    last = {"time": -10.0, "text": ""}
+
+    def say(text: str) -> None:
+        now = time.monotonic()
+        if text != last["text"] and now - float(last["time"]) >= 1.0:  # type: ignore[arg-type]
+            last.update(time=now, text=text)
+            console.print(text, highlight=False)
+
+    yield say
+
+
+def run_graph(options: RunOptions, console: Console) -> RunResult:
+    """Run a scenario in the live graph, every node its own process.
+
+    Raises:
+        ConfigError: when the options do not fit, or a folder cannot be written.
+        NodeDeath: when a node that the run needs ended by itself.
+        GraphError: when the graph did not come up, or an answer did not come.
+    """
+    prepare_folder(options.out)
+    if options.bag is not None:
+        prepare_folder(options.bag)
+        options.bag.rmdir()  # the recorder makes it
+    bag = (options.bag or options.out / "bag").resolve()
+    scenario, placement = _scene(options)
+    scenario_path = (options.out / "scenario.yaml").resolve()
+    save_scenario(scenario_path, scenario)
+    library = _library(options, scenario)
+    specs = node_specs(options, scenario, scenario_path, library, placement, bag)
+    reports: list[ReachReport] = []
+    with _status_line(console) as say, Supervisor(options.out) as supervisor:
+        supervisor.start(specs)
+        conductor = Conductor(scenario, supervisor, say)
+        try:
+            conductor.wait_ready(READY_TIMEOUT_S)
+            reports = conductor.run()
+        finally:
+            conductor.close()
+        say("stopping")
+        killed = supervisor.stop()
+    if killed:
+        console.print(f"had to be killed: {', '.join(killed)}", highlight=False)
+    simulated = options.human == "simulated" and bool(scenario.persons)
+    series = read_run(
+        bag,
+        scenario,
+        reports,
+        sensor_delay_s=scenario.persons[0].latency if simulated else 0.0,
+        title=f"{scenario.name} · {options.planner} · seed {options.seed}",
+    )
+    series = replace(series, record=with_baseline(series.record))
+    summary = summarise(
+        series, reports, wanted=len(scenario.reaches), bag=bag, seed=options.seed
+    )
+    write_summary(options.out / "summary.json", summary)
+    return RunResult(summary, series, bag)
+
+
+def explain(error: HriError, console: Console) -> None:
+    """Say why a run failed; of a dead node, its last words too."""
+    console.print(f"[red]error:[/] {error}", highlight=False)
+    if isinstance(error, NodeDeath):
+        for line in error.death.last_words:
+            console.print(f"  {line}", highlight=False, markup=False)

@@ -1,0 +1,218 @@
+"""Starts every node as its own process, watches them, stops them all."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import yaml
+
+from hri_prediction.errors import GraphError
+
+_PR_SET_PDEATHSIG = 1
+STOP_TIMEOUT_S = 5.0
+"""How long a node may take to end after SIGINT before it is killed [s]."""
+
+
+@dataclass(frozen=True)
+class NodeSpec:
+    """One node process.
+
+    Attributes:
+        package: ROS package.
+        executable: Executable of it, under ``lib/<package>``.
+        parameters: Parameter values by name.
+        name: Node name, when not the executable's own.
+        essential: Whether the run cannot go on without it.
+        last: Whether it is stopped after all others (the recorder, to miss nothing).
+    """
+
+    package: str
+    executable: str
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    name: str = ""
+    essential: bool = True
+    last: bool = False
+
+    @property
+    def label(self) -> str:
+        """Name of the node."""
+        return self.name or self.executable
+
+
+@dataclass(frozen=True)
+class Death:
+    """A node that ended by itself.
+
+    Attributes:
+        label: Name of the node.
+        code: Exit code; negative: the signal that ended it.
+        last_words: Its last lines.
+    """
+
+    label: str
+    code: int
+    last_words: tuple[str, ...]
+
+    def __str__(self) -> str:
+        if self.code < 0:
+            with contextlib.suppress(ValueError):
+                how = f"was ended by {signal.Signals(-self.code).name}"
+                return f"node {self.label} {how}"
+        return f"node {self.label} ended with exit code {self.code}"
+
+
+def find_executable(package: str, executable: str) -> Path:
+    """Path of a node's executable, as ``ros2 run`` finds it.
+
+    Raises:
+        GraphError: when no prefix of ``AMENT_PREFIX_PATH`` has it.
+    """
+    prefixes = [p for p in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if p]
+    for prefix in prefixes or [sys.prefix]:
+        path = Path(prefix) / "lib" / package / executable
+        if path.exists():
+            return path
+    raise GraphError(
+        f"executable {executable} of package {package} is not installed",
+        expected=f"lib/{package}/{executable} under one of: {', '.join(prefixes) or sys.prefix}",
+        hint="run scripts/setup, or build and source ros_ws",
+    )
+
+
+def _die_with_parent() -> None:
+    """In the child: end when the supervisor dies, however it dies."""
+    with contextlib.suppress(OSError, AttributeError):
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGINT)
+
+
+class Supervisor:
+    """Node processes of one run.
+
+    Args:
+        folder: Gets ``parameters/<node>.yaml`` and ``log/<node>.log``.
+        environment: Further environment variables of the nodes.
+
+    Raises:
+        GraphError: from :meth:`start`, when an executable is missing.
+    """
+
+    def __init__(self, folder: Path, environment: Mapping[str, str] | None = None) -> None:
+        self.folder = folder
+        self._environment = {**os.environ, **(environment or {})}
+        self._specs: dict[str, NodeSpec] = {}
+        self._processes: dict[str, subprocess.Popen[bytes]] = {}
+        self._reported: set[str] = set()
+
+    def __enter__(self) -> Supervisor:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.stop()
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Names of the nodes."""
+        return tuple(self._specs)
+
+    @property
+    def pids(self) -> dict[str, int]:
+        """Process ids of the nodes that run."""
+        return {name: p.pid for name, p in self._processes.items() if p.poll() is None}
+
+    def log_path(self, label: str) -> Path:
+        """Where a node's output goes."""
+        return self.folder / "log" / f"{label}.log"
+
+    def start(self, specs: Sequence[NodeSpec]) -> None:
+        """Start nodes."""
+        for name in ("log", "parameters"):
+            (self.folder / name).mkdir(parents=True, exist_ok=True)
+        for spec in specs:
+            command = [str(find_executable(spec.package, spec.executable)), "--ros-args"]
+            if spec.name:
+                command += ["-r", f"__node:={spec.name}"]
+            if spec.parameters:
+                path = self.folder / "parameters" / f"{spec.label}.yaml"
+                # "/**" also matches a node that is put into a namespace.
+                values = {"/**": {"ros__parameters": dict(spec.parameters)}}
+                path.write_text(yaml.safe_dump(values, sort_keys=False))
+                command += ["--params-file", str(path)]
+            with self.log_path(spec.label).open("wb") as log:
+                self._processes[spec.label] = subprocess.Popen(
+                    command,
+                    stdin=subprocess.DEVNULL,
+                    stdout=log,
+                    stderr=subprocess.STDOUT,
+                    env=self._environment,
+                    # Ctrl-C reaches only the supervisor, which stops the nodes in order.
+                    start_new_session=True,
+                    preexec_fn=_die_with_parent,
+                )
+            self._specs[spec.label] = spec
+
+    def last_words(self, label: str, lines: int = 8) -> tuple[str, ...]:
+        """The last lines that a node printed."""
+        try:
+            text = self.log_path(label).read_text(errors="replace")
+        except OSError:
+            return ()
+        return tuple(line for line in text.splitlines() if line.strip())[-lines:]
+
+    def deaths(self) -> list[Death]:
+        """Nodes that have ended by themselves since the last call."""
+        found = []
+        for label, process in self._processes.items():
+            code = process.poll()
+            if code is not None and label not in self._reported:
+                self._reported.add(label)
+                found.append(Death(label, code, self.last_words(label)))
+        return found
+
+    def is_essential(self, label: str) -> bool:
+        """Whether the run cannot go on without the node."""
+        return self._specs[label].essential
+
+    def kill(self, label: str) -> None:
+        """End a node at once, with SIGKILL (for fault tests)."""
+        self._processes[label].kill()
+        self._processes[label].wait()
+
+    def stop(self) -> list[str]:
+        """Stop all nodes, the recorder last; returns those that had to be killed."""
+        killed: list[str] = []
+        for last in (False, True):
+            batch = [name for name, spec in self._specs.items() if spec.last is last]
+            killed += self._stop([name for name in batch if self._processes[name].poll() is None])
+        self._reported.update(self._specs)
+        return killed
+
+    def _stop(self, labels: list[str]) -> list[str]:
+        for label in labels:
+            with contextlib.suppress(ProcessLookupError):
+                self._processes[label].send_signal(signal.SIGINT)
+        deadline = time.monotonic() + STOP_TIMEOUT_S
+        killed = []
+        for label in labels:
+            try:
+                self._processes[label].wait(max(deadline - time.monotonic(), 0.05))
+            except subprocess.TimeoutExpired:
+                self._processes[label].kill()
+                self._processes[label].wait()
+                killed.append(label)
+        return killed

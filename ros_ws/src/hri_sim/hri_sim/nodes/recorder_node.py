@@ -1,0 +1,373 @@
+"""Recorder node: every topic of the graph, also those that appear later, to an MCAP bag."""
+
+from __future__ import annotations
+
+import gc
+import json
+import re
+import signal
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import FrameType
+from typing import Any
+
+import rclpy
+from rclpy.experimental.events_executor import EventsExecutor
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.signals import SignalHandlerOptions
+from rclpy.subscription import Subscription
+from rclpy.topic_endpoint_info import TopicEndpointInfo
+
+from hri_prediction.bags.metadata import INFINITE_NS, BagMetadata, OfferedQos, TopicInfo
+from hri_prediction.bags.schemas import message_class
+from hri_prediction.config import parameter, validate
+from hri_prediction.errors import ConfigError, DataError, HriError
+from hri_prediction.ros.node import ERROR, OK, WARN, HriNode
+from hri_prediction.ros.parameters import declare_config
+from hri_sim.recording.provenance import collect_provenance, custom_data, parse_provenance
+from hri_sim.recording.recorder_core import RecorderConfig, RecorderCore, RecorderState
+
+PERIOD_S = 0.1
+"""How often the graph is looked at for new topics [s]."""
+_RECHECK_TICKS = 10
+"""Known topics are checked for new publishers every so many looks."""
+_DRAIN_S = 1.0
+"""At the end: longest time to take what the middleware still holds [s]."""
+
+
+@dataclass(frozen=True)
+class RecorderNodeConfig:
+    """What is recorded, and where to."""
+
+    output: str = parameter("", "Bag folder to create; it must not exist. Required")
+    exclude: str = parameter(
+        "", "Regular expression; topics whose whole name matches are not recorded"
+    )
+    depth: int = parameter(
+        5000,
+        "Messages of one topic that the middleware keeps while the recorder is busy. Larger "
+        "survives longer stalls and takes more memory",
+        low=1000,
+        high=100_000,
+    )
+    provenance: str = parameter(
+        "", "What is known of the run (seed, parameters, models): a JSON object, or a file with one"
+    )
+
+    def __post_init__(self) -> None:
+        validate(self)
+        try:
+            re.compile(self.exclude)
+        except re.error as error:
+            raise ConfigError(
+                f"exclude = {self.exclude!r} is no regular expression: {error}"
+            ) from error
+
+
+class _Recorded:
+    """One topic: its subscription, and the callback that queues its messages."""
+
+    def __init__(self, core: RecorderCore, info: TopicInfo, log_time: Callable[[], int] | None):
+        self.info = info
+        self.number = core.add_topic(info)
+        self.subscription: Subscription | None = None
+        self.qos: tuple[ReliabilityPolicy, DurabilityPolicy] | None = None
+        self.publishers = 1
+        self.transport_lost = 0
+        self._push = core.push
+        self._log_time = log_time
+        self._last = 0
+
+    def take(self, taken: Any, info: dict[str, Any] | None = None) -> None:
+        """Queue one message.
+
+        The events executor hands (message, info) over as one argument, the others as two.
+        """
+        data, info = taken if info is None else (taken, info)
+        sequence = info["publication_sequence_number"] or 0
+        if self._log_time is None:
+            log_ns, publish_ns = info["received_timestamp"], info["source_timestamp"]
+        else:
+            log_ns = publish_ns = self._log_time()
+        if sequence:
+            # Numbers of several publishers interleave: then nothing can be said.
+            if self.publishers == 1 and 0 < self._last < sequence - 1:
+                self.transport_lost += sequence - 1 - self._last
+            self._last = sequence
+        self._push(self.number, data, log_ns, publish_ns, sequence)
+
+
+class RecorderNode(HriNode):
+    """Subscribes to all that is published, without deserialising, and hands it to the writer.
+
+    With ``use_sim_time`` the log and publish times are those of ``/clock``; otherwise the times at
+    which the middleware received and sent the message.
+
+    Raises:
+        ConfigError: no output given, the folder exists, a parameter is out of range.
+        DataError: the disk is full.
+    """
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__("recorder", period_s=PERIOD_S, **kwargs)
+        self._config = declare_config(self, RecorderNodeConfig)
+        writing = declare_config(self, RecorderConfig)
+        if not self._config.output:
+            raise ConfigError("parameter output is empty", expected="the bag folder to create")
+        sim_time = bool(self.get_parameter("use_sim_time").value)
+        self._log_time = self.now_ns if sim_time else None
+        provenance = collect_provenance(parse_provenance(self._config.provenance))
+        attachment = json.dumps(provenance, indent=2, sort_keys=True).encode()
+        self.core = RecorderCore(
+            self._config.output,
+            writing,
+            custom_data=custom_data(provenance),
+            attachments=(("provenance.json", "application/json", attachment),),
+        )
+        self._exclude = re.compile(self._config.exclude) if self._config.exclude else None
+        self._recorded: dict[str, _Recorded] = {}
+        self._ignored: set[str] = set()
+        self._unknown: dict[str, str] = {}
+        self._ticks = 0
+        self._last_state: tuple[float, RecorderState] | None = None
+        self.get_logger().info(f"recording to {self.core.folder}")
+        self._look()
+
+    # ------------------------------------------------------------------ graph
+    def on_tick(self, now_ns: int) -> None:
+        """Look for new topics and publishers."""
+        self._ticks += 1
+        self._look()
+        if self._ticks % _RECHECK_TICKS == 0:
+            for name, recorded in list(self._recorded.items()):
+                self._adapt(name, recorded, self.get_publishers_info_by_topic(name))
+        if self.core.state.error:
+            self.fault("disk", self.core.state.error, ERROR)
+
+    def _look(self) -> None:
+        for name, types in self.get_topic_names_and_types():
+            if name in self._recorded or name in self._ignored or name in self._unknown:
+                continue
+            if self._exclude is not None and self._exclude.fullmatch(name):
+                self._ignored.add(name)
+                continue
+            publishers = self.get_publishers_info_by_topic(name)
+            if not publishers:
+                continue
+            if len(types) > 1:
+                self.fault(
+                    name,
+                    f"{name} is published with types {', '.join(types)}: "
+                    f"only {publishers[0].topic_type} is recorded",
+                )
+            self._record(name, publishers)
+
+    def _record(self, name: str, publishers: list[TopicEndpointInfo]) -> None:
+        type_name = publishers[0].topic_type
+        try:
+            message_class(type_name)
+        except DataError as error:
+            self._unknown[name] = type_name
+            self.fault(name, f"{name} is not recorded: {error}", ERROR)
+            return
+        info = TopicInfo(
+            name,
+            type_name,
+            tuple(_offered(item.qos_profile) for item in publishers),
+            str(publishers[0].topic_type_hash),
+        )
+        recorded = _Recorded(self.core, info, self._log_time)
+        self._recorded[name] = recorded
+        self._adapt(name, recorded, publishers)
+
+    def _adapt(self, name: str, recorded: _Recorded, publishers: list[TopicEndpointInfo]) -> None:
+        """Subscribe so that all publishers match; again when a new one offers less."""
+        if not publishers:
+            return
+        recorded.publishers = len(publishers)
+        offered = [item.qos_profile for item in publishers]
+        reliable = all(q.reliability == ReliabilityPolicy.RELIABLE for q in offered)
+        latched = all(q.durability == DurabilityPolicy.TRANSIENT_LOCAL for q in offered)
+        wanted = (
+            ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+            DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+        )
+        if recorded.qos is not None:
+            # A subscription that asks for less than is offered stays: changing it would miss
+            # messages and fetch latched ones twice.
+            weaker = (
+                recorded.qos[0] == ReliabilityPolicy.RELIABLE and not reliable,
+                recorded.qos[1] == DurabilityPolicy.TRANSIENT_LOCAL and not latched,
+            )
+            if not any(weaker):
+                return
+            wanted = (
+                wanted[0] if weaker[0] else recorded.qos[0],
+                # No latched messages a second time.
+                DurabilityPolicy.VOLATILE,
+            )
+            self.get_logger().info(f"{name}: a publisher that offers less; subscribing again")
+        profile = QoSProfile(
+            history=HistoryPolicy.KEEP_LAST,
+            depth=self._config.depth,
+            reliability=wanted[0],
+            durability=wanted[1],
+        )
+        previous = recorded.subscription
+        subscription = self.create_subscription(
+            message_class(recorded.info.type), name, recorded.take, profile, raw=True
+        )
+        # The events executor of Jazzy calls a callback with message info with one argument, which
+        # rclpy's own check of signatures takes for a callback without: hence set by hand.
+        subscription._callback_type = Subscription.CallbackType.WithMessageInfo
+        recorded.subscription, recorded.qos = subscription, wanted
+        if previous is not None:
+            self.destroy_subscription(previous)
+
+    # ------------------------------------------------------------------ health
+    def health(self) -> tuple[bytes, str, dict[str, Any]]:
+        """Rate, queue, size, drops."""
+        state = self.core.state
+        now = time.monotonic()
+        rate = byte_rate = 0.0
+        if self._last_state is not None:
+            before, last = self._last_state
+            rate = (state.received - last.received) / (now - before)
+            byte_rate = (state.received_bytes - last.received_bytes) / (now - before)
+        self._last_state = (now, state)
+        lost = {
+            name: item.transport_lost
+            for name, item in self._recorded.items()
+            if item.transport_lost
+        }
+        figures: dict[str, Any] = {
+            "bag": str(self.core.folder),
+            "topics": len(self._recorded),
+            "messages": state.received,
+            "messages_per_s": f"{rate:.1f}",
+            "bytes_per_s": f"{byte_rate:.0f}",
+            "written": state.written,
+            "file_bytes": state.file_bytes,
+            "queue": state.queued,
+            "queue_bytes": state.queued_bytes,
+            "queue_most": state.most_queued,
+            "dropped": state.dropped,
+            "lost_in_transport": sum(lost.values()),
+        }
+        figures |= {f"dropped {name}": n for name, n in self.core.dropped_by_topic.items()}
+        figures |= {f"lost_in_transport {name}": n for name, n in lost.items()}
+        figures |= {f"not recorded {name}": kind for name, kind in self._unknown.items()}
+        if state.error:
+            return ERROR, f"not writing: {state.error}", figures
+        if state.dropped:
+            return ERROR, f"{state.dropped} messages dropped: the queue was full", figures
+        if self._unknown:
+            return WARN, f"{len(self._unknown)} topics of unknown types", figures
+        if lost:
+            return WARN, f"{sum(lost.values())} messages lost in transport", figures
+        return OK, "recording", figures
+
+    def close(self) -> None:
+        """Write what is queued and close the bag; a second call does nothing.
+
+        Raises:
+            DataError: the disk did not take the end of the bag.
+        """
+        self.core.close()
+
+    def finish(self) -> BagMetadata:
+        """Close the bag and say what was recorded.
+
+        Raises:
+            DataError: the disk did not take all of it.
+        """
+        error = self.core.state.error
+        metadata = self.core.close()
+        state = self.core.state
+        missing = state.dropped + state.lost
+        text = f"{metadata.message_count} messages of {len(metadata.topics)} topics in "
+        self.get_logger().info(f"{text}{self.core.folder}")
+        if missing:
+            raise DataError(
+                f"{missing} messages could not be written to {self.core.folder}"
+                + (f" ({error})" if error else ""),
+                hint="what was written is readable",
+            )
+        return metadata
+
+
+def _offered(profile: QoSProfile) -> OfferedQos:
+    """What a publisher offers, in rosbag2's words."""
+    return OfferedQos(
+        history=profile.history.name.lower(),
+        depth=profile.depth,
+        reliability=profile.reliability.name.lower(),
+        durability=profile.durability.name.lower(),
+        deadline_ns=_finite(profile.deadline.nanoseconds),
+        lifespan_ns=_finite(profile.lifespan.nanoseconds),
+        liveliness=profile.liveliness.name.lower(),
+        liveliness_lease_ns=_finite(profile.liveliness_lease_duration.nanoseconds),
+        avoid_ros_namespace_conventions=profile.avoid_ros_namespace_conventions,
+    )
+
+
+def _finite(nanoseconds: int) -> int:
+    return min(nanoseconds, INFINITE_NS)
+
+
+class _EndSignal:
+    """Notes SIGINT and SIGTERM, leaving ROS alive so that what is under way can still be taken."""
+
+    def __init__(self) -> None:
+        self.seen = False
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._note)
+
+    def _note(self, number: int, frame: FrameType | None) -> None:
+        self.seen = True
+
+
+def _drain(executor: Any, node: RecorderNode) -> None:
+    """Take what the middleware still holds."""
+    end = time.monotonic() + _DRAIN_S
+    quiet = 0
+    while quiet < 3 and time.monotonic() < end:
+        before = node.core.state.received
+        executor.spin_once(timeout_sec=0.01)
+        quiet = 0 if node.core.state.received > before else quiet + 1
+
+
+def main(args: list[str] | None = None) -> int:
+    """Record until Ctrl-C or SIGTERM (or, by policy, until the disk is full)."""
+    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    stop = _EndSignal()
+    node: RecorderNode | None = None
+    executor = None
+    code = 0
+    try:
+        node = RecorderNode()
+        executor = EventsExecutor()
+        executor.add_node(node)
+        gc.collect()
+        gc.freeze()
+        while rclpy.ok() and not stop.seen and not node.core.must_end:
+            executor.spin_once(timeout_sec=0.1)
+        if not node.core.must_end:
+            _drain(executor, node)
+        node.finish()
+    except HriError as error:
+        print(f"recorder: {error}", file=sys.stderr, flush=True)
+        code = 1
+    finally:
+        if executor is not None:
+            executor.shutdown()
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main())

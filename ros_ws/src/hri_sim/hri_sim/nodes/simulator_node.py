@@ -1,0 +1,317 @@
+"""Simulator node: MuJoCo LWR4+, its trajectory controller and the scene, behind a real cell's topics."""
+
+from __future__ import annotations
+
+import math
+import time
+from array import array
+from collections import deque
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64, Header, String
+from trajectory_msgs.msg import JointTrajectory as JointTrajectoryMessage
+
+from hri_prediction.config import parameter, validate
+from hri_prediction.errors import ConfigError, DataError, HriError
+from hri_prediction.ros.conversions import WORLD, flat, sample_from_message
+from hri_prediction.ros.messages import ControllerState, HumanArm, Reset, SimState
+from hri_prediction.ros.node import ERROR, OK, HriNode, run_node
+from hri_prediction.ros.parameters import declare_config
+from hri_prediction.ros.qos import LATCHED, SENSOR, reliable
+from hri_prediction.ros.time import seconds_to_ns, to_ns, to_time
+from hri_sim.nodes.arms import ArmTimeline
+from hri_sim.scenario.schema import Scenario, load_scenario
+from hri_sim.simulator.controller import IDLE, STOPPING, TRACKING
+from hri_sim.simulator.simulation import STEP_NS, Simulation, SimulatorConfig
+from hri_sim.simulator.trajectory import JointTrajectory
+
+PERIOD_S = 0.004
+"""Period of /joint_states [s]."""
+NOBODY = 1e9
+"""Clearance when nobody is in the scene [m]."""
+MAX_CATCH_UP = 25
+"""Periods that a late tick makes up for; beyond, simulated time slips and a fault is noted."""
+_STATES = {
+    IDLE: ControllerState.IDLE,
+    TRACKING: ControllerState.TRACKING,
+    STOPPING: ControllerState.STOPPING,
+}
+
+
+@dataclass(frozen=True)
+class SimulatorNodeConfig:
+    """What the node itself needs to know."""
+
+    scenario: str = parameter("", "Path of the scenario file; empty: the table scene that ships")
+    seed: int = parameter(0, "Seed of the start posture's noise", low=0)
+    contacts: bool = parameter(True, "Whether bodies push each other")
+    publish_clock: bool = parameter(
+        False, "Be the source of /clock, for nodes that run with use_sim_time"
+    )
+    realtime_factor: float = parameter(
+        1.0,
+        "Speed of the simulated clock against the wall clock, with publish_clock",
+        low=0.01,
+        high=100.0,
+    )
+
+    def __post_init__(self) -> None:
+        validate(self)
+
+
+def read_scenario(path: str) -> Scenario:
+    """The scenario at ``path``; the one that ships when empty."""
+    from importlib.resources import as_file, files
+
+    if path:
+        return load_scenario(path)
+    with as_file(files("hri_sim") / "scenarios" / "table_reach.yaml") as shipped:
+        return load_scenario(shipped)
+
+
+class SimulatorNode(HriNode):
+    """Stands in for the robot: takes trajectories, gives joint states, knows the true distances."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__("simulator", period_s=PERIOD_S, **kwargs)
+        config = declare_config(self, SimulatorNodeConfig)
+        physics = declare_config(self, SimulatorConfig)
+        if config.publish_clock and self.get_parameter("use_sim_time").value:
+            raise ConfigError(
+                "the simulator has publish_clock and use_sim_time",
+                expected="only publish_clock: it cannot follow its own clock",
+            )
+        self._config = config
+        self._physics = physics
+        self._seed = config.seed
+        self._busy_s: deque[float] = deque(maxlen=500)
+        self._slips = 0
+        self._rejected = 0
+        self._wall_base_s = time.monotonic()
+        self._load(read_scenario(config.scenario), self.now_ns())
+
+        self._joint_states = self.announce(JointState, "joint_states", SENSOR)
+        self._sim_state = self.announce(SimState, "sim/state", SENSOR)
+        self._reference = self.announce(
+            ControllerState, "joint_trajectory_controller/reference", SENSOR
+        )
+        self._description = self.announce(String, "robot_description", LATCHED)
+        self._clock = (
+            self.announce(Clock, "/clock", SENSOR) if config.publish_clock else None
+        )
+        self.listen(
+            JointTrajectoryMessage,
+            "joint_trajectory_controller/joint_trajectory",
+            self._on_trajectory,
+            reliable(1),
+        )
+        self.listen(Float64, "separation/speed_scale", self._on_speed_scale, reliable(10))
+        for body_id in self._arms:
+            self.listen(HumanArm, f"sim/bodies/{body_id}/arm", self._on_arm, SENSOR)
+        self.create_service(Reset, "~/reset", self._on_reset)
+        self._description.publish(String(data=self._simulation.robot.urdf_text))
+        self._even = False
+
+    # ------------------------------------------------------------------ set-up
+    def _load(self, scenario: Scenario, now_ns: int) -> None:
+        self._simulation = Simulation(
+            scenario, contacts=self._config.contacts, seed=self._seed, config=self._physics
+        )
+        self._arms = {body_id: ArmTimeline() for body_id in self._simulation.body_ids}
+        self._rebase(now_ns)
+
+    def _rebase(self, now_ns: int) -> None:
+        """Put simulated time zero at ``now_ns``, on the grid of the period."""
+        period = seconds_to_ns(PERIOD_S)
+        self._base_ns = now_ns // period * period - self._simulation.time_ns
+
+    def now_ns(self) -> int:
+        """ROS time; with ``publish_clock``, the clock that this node makes."""
+        if self._config_publishes_clock():
+            elapsed = time.monotonic() - self._wall_base_s
+            return seconds_to_ns(1.0 + elapsed * self._config.realtime_factor)
+        return super().now_ns()
+
+    def _config_publishes_clock(self) -> bool:
+        config = getattr(self, "_config", None)
+        return bool(config is not None and config.publish_clock and not self.lockstep)
+
+    # ------------------------------------------------------------------ inputs
+    def _on_trajectory(self, message: JointTrajectoryMessage) -> None:
+        try:
+            trajectory = _trajectory(message)
+            if trajectory.stamp_ns:
+                # The controller runs on simulated time; 0 means "now" to it.
+                stamp_ns = max(trajectory.stamp_ns - self._base_ns, 1)
+                trajectory = replace(trajectory, stamp_ns=stamp_ns)
+            self._simulation.controller.accept(
+                trajectory,
+                needs_replan=self._physics.command_timeout > 0.0 and len(message.points) > 1,
+            )
+        except DataError as error:
+            self._rejected += 1
+            self.fault("trajectory", f"trajectory refused: {error}")
+
+    def _on_speed_scale(self, message: Float64) -> None:
+        try:
+            self._simulation.controller.chain.command(message.data, self._simulation.time_ns)
+        except DataError as error:
+            self.fault("speed_scale", str(error))
+
+    def _on_arm(self, message: HumanArm) -> None:
+        try:
+            sample = sample_from_message(message)
+        except DataError as error:
+            self.fault("arm", str(error))
+            return
+        if message.body_id in self._arms and sample.valid.all():
+            self._arms[message.body_id].add(sample.stamp_ns, sample.keypoints)
+
+    def _on_reset(self, request: Reset.Request, response: Reset.Response) -> Reset.Response:
+        try:
+            if request.scenario:
+                scenario = load_scenario(request.scenario)
+                if {p.id for p in scenario.persons} != set(self._arms):
+                    raise ConfigError(
+                        f"{request.scenario} has other persons than this graph",
+                        expected=", ".join(self._arms) or "nobody",
+                        hint="start the simulator with that scenario",
+                    )
+            else:
+                scenario = self._simulation.scenario
+            self._seed = int(request.seed)
+            self._load(scenario, self.now_ns())
+        except HriError as error:
+            response.success, response.message = False, str(error)
+            return response
+        response.success = True
+        return response
+
+    # ------------------------------------------------------------------ work
+    def on_tick(self, now_ns: int) -> None:
+        """Bring the simulation to ``now_ns`` and publish once for every period passed."""
+        start = time.perf_counter()
+        period = seconds_to_ns(PERIOD_S)
+        due = (now_ns - self._base_ns - self._simulation.time_ns) // period
+        if due < 0 or due > MAX_CATCH_UP:
+            self._slips += 1
+            what = "went back" if due < 0 else "ran ahead"
+            self.fault("slip", f"the clock {what} by {abs(due) * PERIOD_S:.3f} s; simulated time goes on")
+            self._rebase(now_ns - period)
+            due = 1
+        for _ in range(due):
+            stamp_ns = self._base_ns + self._simulation.time_ns + period
+            for body_id, timeline in self._arms.items():
+                self._simulation.set_arm(body_id, timeline.at(stamp_ns))
+            self._simulation.step(period // STEP_NS)
+            self._publish(stamp_ns)
+        if due:
+            self._busy_s.append((time.perf_counter() - start) / due)
+
+    def _publish(self, stamp_ns: int) -> None:
+        simulation = self._simulation
+        stamp = to_time(stamp_ns)
+        if self._clock is not None:
+            self._clock.publish(Clock(clock=stamp))
+        self._joint_states.publish(
+            JointState(
+                header=Header(stamp=stamp),
+                name=list(simulation.robot.joint_names),
+                position=flat(simulation.q),
+                velocity=flat(simulation.qd),
+                effort=flat(simulation.torque),
+            )
+        )
+        clearance = simulation.clearance()
+        human, table = simulation.contacts()
+        seen = math.isfinite(clearance.distance)
+        self._sim_state.publish(
+            SimState(
+                header=Header(stamp=stamp, frame_id=WORLD),
+                clearance=clearance.distance if seen else NOBODY,
+                robot_part=clearance.robot_part,
+                human_part=f"{clearance.body_id}/{clearance.limb}" if seen else "",
+                contacts_human=human,
+                contacts_table=table,
+                tool=simulation.tool_position(),
+                torque=flat(simulation.torque),
+                time=simulation.time_s,
+            )
+        )
+        # Planners need it a few times an interval, not at the rate of the joint states.
+        self._even = not self._even
+        if self._even:
+            self._publish_reference(stamp)
+
+    def _publish_reference(self, stamp: Any) -> None:
+        controller = self._simulation.controller
+        scale = controller.scale
+        self._reference.publish(
+            ControllerState(
+                header=Header(stamp=stamp),
+                state=_STATES[controller.state],
+                reason=controller.reason,
+                reference_position=flat(controller.q_ref),
+                reference_velocity=flat(controller.qd_ref),
+                trajectory=to_time(self._base_ns + controller.stamp_ns if controller.stamp_ns else 0),
+                time_in_trajectory=controller.time_in_trajectory,
+                speed_scale=scale,
+                max_handover_jump=controller.handover_jump_position,
+            )
+        )
+
+    def health(self) -> tuple[bytes, str, dict[str, Any]]:
+        """Controller state, real-time factor, refusals."""
+        controller = self._simulation.controller
+        busy = sum(self._busy_s) / len(self._busy_s) if self._busy_s else 0.0
+        figures = {
+            "controller": controller.state,
+            "realtime_factor_alone": f"{PERIOD_S / busy:.1f}" if busy else "",
+            "trajectories_refused": self._rejected,
+            "clock_slips": self._slips,
+        }
+        contacts = self._simulation.contacts()[0]
+        if contacts:
+            return ERROR, "the robot touches a person", figures
+        return OK, controller.reason or controller.state, figures
+
+
+def _matrix(rows: list[array[float]]) -> np.ndarray:
+    return np.array([np.asarray(row, dtype=float) for row in rows])
+
+
+def _trajectory(message: JointTrajectoryMessage) -> JointTrajectory:
+    """Trajectory of a message.
+
+    Raises:
+        DataError: when its points differ in size.
+    """
+    points = message.points
+    names = tuple(message.joint_names)
+    for index, point in enumerate(points):
+        for what in ("positions", "velocities", "accelerations"):
+            values = getattr(point, what)
+            optional = what != "positions" and len(getattr(points[0], what)) == 0
+            if len(values) != (0 if optional else len(names)):
+                raise DataError(
+                    f"point {index} has {len(values)} {what}", expected=f"{len(names)} (one a joint)"
+                )
+    with_velocity = bool(points) and len(points[0].velocities) > 0
+    with_acceleration = with_velocity and len(points[0].accelerations) > 0
+    return JointTrajectory(
+        stamp_ns=to_ns(message.header.stamp),
+        joint_names=names,
+        time_s=np.array([p.time_from_start.sec + p.time_from_start.nanosec * 1e-9 for p in points]),
+        positions=_matrix([p.positions for p in points]) if points else np.empty((0, len(names))),
+        velocities=_matrix([p.velocities for p in points]) if with_velocity else None,
+        accelerations=_matrix([p.accelerations for p in points]) if with_acceleration else None,
+    )
+
+
+def main(args: list[str] | None = None) -> int:
+    """Entry point."""
+    return run_node(SimulatorNode, args)

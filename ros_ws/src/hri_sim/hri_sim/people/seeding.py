@@ -1,0 +1,28 @@
+"""Which generator draws what, so that a live run and its offline twin see the same person."""
+
+from __future__ import annotations
+
+import zlib
+
+import numpy as np
+
+_REACH, _TRACKING, _TRAINING = 1, 2, 3
+
+
+def _generator(seed: int, stream: int, body_id: str, index: int) -> np.random.Generator:
+    return np.random.default_rng([seed, stream, zlib.crc32(body_id.encode()), index])
+
+
+def reach_generator(seed: int, body_id: str, reach: int) -> np.random.Generator:
+    """Motor variability of one reach of one person."""
+    return _generator(seed, _REACH, body_id, reach)
+
+
+def tracking_generator(seed: int, body_id: str) -> np.random.Generator:
+    """Noise and drop-outs of the tracking of one person."""
+    return _generator(seed, _TRACKING, body_id, 0)
+
+
+def training_generator(seed: int, body_id: str, reach: int) -> np.random.Generator:
+    """The reaches that a predictor learned from: never those of the run itself."""
+    return _generator(seed, _TRAINING, body_id, reach)

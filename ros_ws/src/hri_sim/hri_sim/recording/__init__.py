@@ -1,0 +1,1 @@
+"""Recording runs to bags and playing recordings back."""

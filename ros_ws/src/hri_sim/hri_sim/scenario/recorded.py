@@ -1,0 +1,168 @@
+"""A scenario around a recorded person: robot reaches that nominally collide with the recording.
+
+As in :mod:`~hri_sim.scenario.conditions`, only nominal motions decide, never a planner's outcome. The
+recording starts with the first reach and plays to its end, whatever the robot does.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hri_planner.robot import load_robot
+from hri_prediction.arm.geometry import ArmRadii, FloatArray
+from hri_prediction.errors import DataError, PlanningError
+from hri_prediction.tracks.track import ArmTrack
+from hri_sim.scenario.conditions import ROBOT_ABS_Y, ROBOT_DURATION_S, ROBOT_X, ROBOT_Z
+from hri_sim.scenario.examination import RobotPart, clearance_series, robot_part
+from hri_sim.scenario.schema import PersonSpec, ReachSpec, Scenario, TableSpec, Vector3
+
+BETWEEN_REACHES_S = 1.3
+"""Usual time between the end of one reach and the start of the next, in a live run [s]."""
+START_CLEARANCE_M = 0.10
+HOLD_CLEARANCE_M = 0.03
+_ELBOW_UP = np.array([0.0, -0.4, 0.0, 1.5, 0.0, -0.8, 0.0])
+_SCENES = 400
+_GOALS = 60
+
+
+def recorded_person(track: ArmTrack, body_id: str = "person1") -> PersonSpec:
+    """Person whose shoulder and lengths are those of a recording, in world coordinates.
+
+    Raises:
+        DataError: when shoulder, elbow, wrist or hand tip are never seen.
+    """
+    seen = track.keypoints[np.isfinite(track.keypoints).all(axis=(1, 2))]
+    if not len(seen):
+        raise DataError("the recording never shows the whole arm", expected="all four keypoints")
+    lengths = np.median(np.linalg.norm(np.diff(seen, axis=1), axis=2), axis=0)
+    shoulder = np.median(seen[:, 0], axis=0)
+    # The shoulder moves in real recordings: as long an arm as the furthest place asks for.
+    furthest = float(np.linalg.norm(seen[:, 3] - shoulder, axis=1).max())
+    hand = max(float(lengths[2]), furthest / 0.98 - float(lengths[0] + lengths[1]))
+    return PersonSpec(
+        id=body_id,
+        side="left" if track.side == "left" else "right",
+        shoulder=_vector(shoulder),
+        upper_arm=float(lengths[0]),
+        forearm=float(lengths[1]),
+        hand=hand,
+        home=_vector(seen[0, 3]),
+        noise_sd=0.0,
+        latency=0.0,
+        dropout_rate=0.0,
+        marker_dropout_rate=0.0,
+    )
+
+
+def recorded_scenario(track: ArmTrack, seed: int, reaches: int | None = None) -> Scenario:
+    """Draw the robot's part of a scene in which a recording is replayed.
+
+    Args:
+        track: The recording, placed in the world.
+        seed: Seed of the draw.
+        reaches: Robot reaches; none: as many as fit into the recording (at least one).
+
+    Raises:
+        PlanningError: when nothing drawn makes a fair test; e.g. the person sits out of the way.
+        DataError: when the recording does not show the arm.
+    """
+    cycle = ROBOT_DURATION_S + BETWEEN_REACHES_S
+    count = reaches or max(1, int(track.duration / cycle))
+    person = recorded_person(track)
+    rng = np.random.default_rng((seed, count))
+    for _ in range(_SCENES):
+        found = _draw(track.filled(10.0), count, rng, cycle)
+        if found is not None:
+            q_start, goals, delay = found
+            break
+    else:
+        raise PlanningError(
+            "no robot reach was found that collides with the recording, starts 10 cm and ends 3 cm "
+            "clear of it",
+            hint="place the person differently (--place X,Y,Z,YAW), or give a --scenario",
+        )
+    targets = {f"robot_{i + 1}": goal for i, goal in enumerate(goals)}
+    targets["recorded"] = person.home
+    specs = [
+        ReachSpec(
+            robot_target=f"robot_{i + 1}",
+            person_target="recorded" if i == 0 else None,
+            person_delay=delay if i == 0 else 0.0,
+            person_duration=track.duration / 1.4,
+            duration=ROBOT_DURATION_S,
+        )
+        for i in range(count)
+    ]
+    return Scenario(
+        name=f"recorded_{track.subject}_{track.task}_{track.trial}",
+        seed=seed,
+        robot_start=tuple(float(angle) for angle in q_start),
+        table=TableSpec(),
+        targets=targets,
+        persons=(person,),
+        reaches=tuple(specs),
+    )
+
+
+def _draw(
+    track: ArmTrack, count: int, rng: np.random.Generator, cycle: float
+) -> tuple[FloatArray, list[Vector3], float] | None:
+    robot, table = load_robot(), TableSpec()
+    left = bool(rng.integers(2))
+    delay = round(float(rng.uniform(0.0, 0.6)), 3)
+    start = _robot_point(rng, left)
+    posture = _ELBOW_UP.copy()
+    posture[0] = np.arctan2(start[1], start[0])
+    try:
+        q_start = np.round(robot_part(robot, posture, start, 1.0, table).goal, 4)
+    except PlanningError:
+        return None
+    q, goals = q_start, []
+    for index in range(count):
+        left = not left
+        for _ in range(_GOALS):
+            goal = _robot_point(rng, left)
+            try:
+                part = robot_part(robot, q, goal, ROBOT_DURATION_S, table)
+            except PlanningError:
+                continue
+            if part.speed_share > 0.9 or part.table_clearance <= 0.0:
+                continue
+            if _fair(track, part, index * cycle - delay, first=index == 0):
+                goals.append(goal)
+                q = part.goal
+                break
+        else:
+            return None
+    return q_start, goals, delay
+
+
+def _fair(track: ArmTrack, part: RobotPart, begin_s: float, *, first: bool) -> bool:
+    """Whether a nominal motion that starts ``begin_s`` into the recording is a fair test.
+
+    Only the first reach has a known phase: later ones must start and end clear, no more.
+    """
+    robot = load_robot()
+    times = np.clip(track.time_s[0] + begin_s + part.time, track.time_s[0], track.time_s[-1])
+    flat = track.keypoints.reshape(len(track), 12)
+    arm = np.stack([np.interp(times, track.time_s, flat[:, k]) for k in range(12)], axis=1)
+    series = clearance_series(
+        part.q,
+        robot.lengths,
+        robot.capsule_radii,
+        np.ascontiguousarray(arm.reshape(-1, 4, 3)),
+        ArmRadii().array,
+    )
+    collides = bool(series[: part.arrived + 1].min() < 0.0)
+    clear = series[0] >= START_CLEARANCE_M and series[part.arrived :].min() >= HOLD_CLEARANCE_M
+    return bool(clear and (collides or not first))
+
+
+def _robot_point(rng: np.random.Generator, left: bool) -> Vector3:
+    x, y, z = (round(float(rng.uniform(*box)), 3) for box in (ROBOT_X, ROBOT_ABS_Y, ROBOT_Z))
+    return x, y if left else -y, z
+
+
+def _vector(point: FloatArray) -> Vector3:
+    x, y, z = (round(float(value), 4) for value in point)
+    return x, y, z

@@ -1,0 +1,1 @@
+"""Command line tools; the files in ``scripts/`` call their ``main``."""

@@ -1,0 +1,16 @@
+"""A small sample of whole reaches through an imperfectly foreseen person's way."""
+
+import numpy as np
+import pytest
+from reach_trials import run_trial
+
+
+@pytest.mark.parametrize("seed", range(9000, 9006))
+def test_reach_is_safe_and_arrives(seed):
+    outcome = run_trial(seed, iterations=30)
+    assert outcome.clearance > 0.0
+    assert outcome.error < 1e-3
+    assert outcome.speed_share <= 1.0
+    assert outcome.jump < 1e-6
+    assert outcome.table > 0.0
+    assert np.isfinite(outcome.arrived_s)

@@ -1,0 +1,159 @@
+"""The bank of (task, duration) hypotheses."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from hri_prediction.prediction.bank import (
+    UNKNOWN,
+    HypothesisBank,
+    bank_prior,
+    position_moments,
+    unknown_task,
+)
+from hri_prediction.prediction.config import PredictorConfig
+
+SEEN = np.ones(6, dtype=bool)
+
+
+def feed(bank, task, duration, until, lost=None):
+    """Observe the mean path of a task at a duration, up to a share of it."""
+    for t in np.arange(0.0, until * duration, 0.02):
+        value = task.promp.trajectory_mean([min(1.0, t / duration)])[0]
+        bank.observe(t, value, SEEN if lost is None else ~lost)
+
+
+def test_prior_is_normalised_and_covers_all_tasks(library, config):
+    prior = bank_prior(library.tasks, config)
+    assert np.exp(prior.log_prior).sum() == pytest.approx(1.0)
+    assert prior.names[-1] == UNKNOWN
+    assert prior.durations.shape == ((len(library.tasks) + 1) * config.durations,)
+    bank = HypothesisBank(prior, config)
+    probabilities = bank.task_probabilities()
+    assert probabilities[-1] == pytest.approx(config.unknown_probability)
+
+
+def test_single_hypothesis_is_plain_conditioning(library, config):
+    one = dataclasses.replace(config, durations=1)
+    task = library.tasks[0]
+    bank = HypothesisBank(bank_prior((task,), one), one)
+    times = np.arange(0.0, 0.4, 0.02)
+    values = task.promp.trajectory_mean(times / 0.9) + 0.01
+    for t, v in zip(times, values, strict=True):
+        bank.observe(t, v, SEEN)
+    phases = times / bank.prior.durations[0]
+    expected = task.promp.condition(phases, values, noise=bank.prior.noises[0])
+    np.testing.assert_allclose(bank.means[0], expected.mean, atol=1e-8)
+    np.testing.assert_allclose(bank.covariances[0], expected.covariance, atol=1e-9)
+    mean, blocks = np.empty(6), np.empty((2, 3, 3))
+    position_moments(
+        bank.means[0], bank.covariances[0], expected.basis.values(0.7), mean, blocks
+    )
+    np.testing.assert_allclose(mean, expected.trajectory_mean([0.7])[0], atol=1e-5)
+    full = expected.trajectory_covariance([0.7])[0]
+    np.testing.assert_allclose(blocks[0], full[:3, :3], atol=1e-7)
+    np.testing.assert_allclose(blocks[1], full[3:, 3:], atol=1e-7)
+
+
+@pytest.mark.parametrize("index", [0, 1])
+@pytest.mark.parametrize("scale", [0.85, 1.2])
+def test_task_and_duration_are_found(library, config, index, scale):
+    task = library.tasks[index]
+    duration = scale * task.duration_mean_s
+    bank = HypothesisBank(bank_prior(library.tasks, config), config)
+    feed(bank, task, duration, 0.6)
+    assert bank.task_probabilities()[index] > 0.9
+    assert bank.weights.sum() == pytest.approx(1.0)
+    mean, deviation = bank.duration()
+    assert mean == pytest.approx(duration, rel=0.12)
+    assert 0.0 < deviation < 0.2
+
+
+def test_mixture_moments_are_those_of_its_parts(library, config):
+    wide = dataclasses.replace(config, durations=3)
+    bank = HypothesisBank(bank_prior(library.tasks, wide), wide)
+    bank.observe(0.1, library.tasks[0].promp.trajectory_mean([0.1])[0], SEEN)
+    weights = bank.weights
+    weights[weights < 1e-3 * weights.max()] = 0.0
+    weights /= weights.sum()
+    mean, covariance = bank.moments(0.1, 0.3, 3)
+    basis, blocks, first = bank.prior.basis, np.empty((2, 3, 3)), np.empty(6)
+    for k, t in enumerate((0.1, 0.4, 0.7)):
+        total, second = np.zeros(6), np.zeros((2, 3, 3))
+        for h, weight in enumerate(weights):
+            row = basis.values(min(1.0, t / bank.prior.durations[h]))
+            position_moments(bank.means[h], bank.covariances[h], row, first, blocks)
+            total += weight * first
+            points = first.reshape(2, 3)
+            second += weight * (blocks + np.einsum("bi,bj->bij", points, points))
+        points = total.reshape(2, 3)
+        np.testing.assert_allclose(mean[k].ravel(), total, atol=1e-9)
+        expected = second - np.einsum("bi,bj->bij", points, points)
+        np.testing.assert_allclose(covariance[k], expected, atol=1e-9)
+    assert np.linalg.eigvalsh(covariance).min() > 0.0
+
+
+def test_belief_can_switch(library, config):
+    first, second = library.tasks
+    bank = HypothesisBank(bank_prior(library.tasks, config), config)
+    feed(bank, first, 1.0, 0.5)
+    assert bank.task_probabilities()[0] > 0.9
+    for t in np.arange(0.5, 1.0, 0.02):
+        bank.observe(t, second.promp.trajectory_mean([t])[0], SEEN)
+    assert bank.task_probabilities()[0] < 0.5
+
+
+def test_a_reach_of_no_task_is_unknown(library, config):
+    bank = HypothesisBank(bank_prior(library.tasks, config), config)
+    start = library.tasks[0].promp.trajectory_mean([0.0])[0]
+    away = np.array([0.1, 0.1, 0.3, 0.2, 0.2, 0.6])
+    for t in np.arange(0.0, 0.6, 0.02):
+        z = t / 0.9
+        bank.observe(t, start + away * z**3 * (10 - 15 * z + 6 * z**2), SEEN)
+    assert bank.task_probabilities()[-1] > 0.9
+    mean, covariance = bank.moments(0.6, 0.1, 4)
+    error = mean[-1, 1] - (start + away)[3:]
+    # Wrong by centimetres at most, and aware of it.
+    assert error @ np.linalg.solve(covariance[-1, 1], error) < 16.3
+
+
+def test_elbow_alone_tells_the_task(library, config):
+    bank = HypothesisBank(bank_prior(library.tasks, config), config)
+    lost = np.array([False] * 3 + [True] * 3)
+    feed(bank, library.tasks[1], library.tasks[1].duration_mean_s, 0.7, lost)
+    assert bank.task_probabilities()[1] > 0.8
+
+
+def test_mean_rests_after_the_end(library, config):
+    bank = HypothesisBank(bank_prior(library.tasks, config), config)
+    feed(bank, library.tasks[0], 0.9, 0.9)
+    mean, _ = bank.moments(0.8, 0.5, 8)
+    np.testing.assert_allclose(mean[-1], mean[-2], atol=1e-12)
+
+
+def test_likeliest_task_alone(library):
+    config = PredictorConfig(output="likeliest")
+    bank = HypothesisBank(bank_prior(library.tasks, config), config)
+    feed(bank, library.tasks[0], 0.9, 0.2)
+    mean, _ = bank.moments(0.2, 0.1, 20)
+    np.testing.assert_allclose(
+        mean[-1, 1], library.tasks[0].promp.trajectory_mean([1.0])[0, 3:], atol=0.03
+    )
+
+
+def test_restart_forgets(library, config):
+    bank = HypothesisBank(bank_prior(library.tasks, config), config)
+    feed(bank, library.tasks[0], 0.9, 0.5)
+    bank.restart()
+    np.testing.assert_array_equal(bank.means, bank.prior.means)
+    np.testing.assert_array_equal(bank.log_weights, bank.prior.log_prior)
+
+
+def test_unknown_task_reaches_anywhere(config):
+    from hri_prediction.promp import PhaseBasis
+
+    model = unknown_task(PhaseBasis(8), config).promp
+    start, end = model.trajectory_covariance([0.0, 1.0])
+    assert np.linalg.eigvalsh(model.covariance).min() > 0.0
+    assert end[3, 3] - start[3, 3] == pytest.approx(config.unknown_sd**2, rel=0.2)

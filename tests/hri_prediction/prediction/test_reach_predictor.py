@@ -1,0 +1,287 @@
+"""The streaming predictor: states, faults, invariants of the output."""
+
+import dataclasses
+import time
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from hri_prediction.prediction import PredictorConfig, ReachPredictor, ReachState
+from hri_prediction.prediction.output import rotated_along
+from hri_prediction.tracks.track import ArmSample
+from hri_prediction.warm import warm_kernels
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _compiled():
+    warm_kernels()
+
+
+def check_sane(prediction, config):
+    points = 1 + round(config.horizon / config.step)
+    assert prediction.mean.shape == (points, 4, 3)
+    assert prediction.covariance.shape == (points, 4, 3, 3)
+    assert np.isfinite(prediction.mean).all()
+    assert np.isfinite(prediction.covariance).all()
+    np.testing.assert_allclose(
+        prediction.covariance, prediction.covariance.swapaxes(-1, -2), atol=1e-12
+    )
+    assert np.linalg.eigvalsh(prediction.covariance).min() > 0.0
+    np.testing.assert_allclose(np.diff(prediction.times_s), config.step)
+    assert prediction.times_s[0] == 0.0
+    if prediction.task_names:
+        assert prediction.task_probabilities.sum() == pytest.approx(1.0)
+
+
+def run(predictor, track, until=np.inf, change=None):
+    """Feed a track; returns (time, prediction) pairs. ``change(i, sample)`` may alter samples."""
+    out = []
+    for i, sample in enumerate(track.samples(10_000_000_000)):
+        t = (sample.stamp_ns - 10_000_000_000) * 1e-9
+        if t > until:
+            break
+        sample = change(i, sample) if change else sample
+        if sample is not None:
+            predictor.observe(sample)
+            out.append((t, predictor.predict()))
+    return out
+
+
+def altered(sample, keypoints=None, lost=(), **kwargs):
+    points = np.array(sample.keypoints if keypoints is None else keypoints)
+    valid = np.array(sample.valid)
+    valid[list(lost)] = False
+    return dataclasses.replace(sample, keypoints=points, valid=valid, **kwargs)
+
+
+def test_states_of_a_reach(library, config, reach_maker):
+    track = reach_maker("left bin", np.random.default_rng(5), rate=250.0, noise=0.001)
+    predictor = ReachPredictor(library, config)
+    states = run(predictor, track)
+    for _, p in states:
+        check_sane(p, config)
+    named = [p.state for t, p in states if t < 0.45]
+    assert set(named) == {ReachState.IDLE}
+    moving = [t for t, p in states if p.state == ReachState.REACHING]
+    assert 0.5 < moving[0] < 0.75
+    assert states[-1][1].state == ReachState.IDLE
+    assert predictor.counters["reaches"] == 1
+    onset = next(p for _, p in states if p.state == ReachState.REACHING).onset_ns
+    assert 10.5 < onset * 1e-9 < 10.65
+
+
+@pytest.mark.parametrize("task", ["left bin", "right bin"])
+def test_end_point_from_a_part_of_the_reach(library, config, reach_maker, task):
+    track = reach_maker(task, np.random.default_rng(6), duration=1.0)
+    predictor = ReachPredictor(library, config)
+    _, prediction = run(predictor, track, until=0.9)[-1]
+    index = prediction.task_names.index(task)
+    assert prediction.task_probabilities[index] > 0.9
+    np.testing.assert_allclose(prediction.mean[-1, 2], track.keypoints[-1, 2], atol=0.03)
+    np.testing.assert_allclose(prediction.mean[-1, 3], track.keypoints[-1, 3], atol=0.05)
+    assert prediction.duration_mean_s == pytest.approx(0.9, abs=0.15)
+
+
+def test_prediction_starts_at_the_newest_sample(library, config, reach_maker):
+    track = reach_maker("left bin", np.random.default_rng(7), rate=250.0)
+    predictor = ReachPredictor(library, config)
+    for i, sample in enumerate(track.samples()):
+        predictor.observe(sample)
+        if i > 30:
+            gap = np.abs(predictor.predict().mean[0] - sample.keypoints).max()
+            assert gap < 0.002
+
+
+def test_wrist_lost_in_mid_reach_is_bridged_by_the_elbow(library, config, reach_maker):
+    track = reach_maker("right bin", np.random.default_rng(8), duration=1.0)
+    predictor = ReachPredictor(library, config)
+
+    def lose(i, sample):
+        return altered(sample, lost=(2, 3)) if 0.8 < i / 100 < 1.05 else sample
+
+    _, prediction = run(predictor, track, until=1.0, change=lose)[-1]
+    assert prediction.state == ReachState.REACHING
+    assert "wrist" in prediction.reason
+    np.testing.assert_allclose(prediction.mean[-1, 2], track.keypoints[-1, 2], atol=0.04)
+
+
+def test_nothing_seen_is_invalid_and_recovers(library, config, reach_maker):
+    track = reach_maker("left bin", np.random.default_rng(9))
+    predictor = ReachPredictor(library, config)
+
+    def lose(i, sample):
+        return altered(sample, lost=(0, 1, 2, 3)) if 20 <= i < 40 else sample
+
+    results = run(predictor, track, change=lose)
+    at = dict(enumerate(p for _, p in results))
+    assert at[39].state == ReachState.INVALID
+    assert "no usable sample" in at[39].reason
+    check_sane(at[39], config)
+    assert at[44].state == ReachState.IDLE
+    assert predictor.predict(now_ns=10_000_000_000 + int(60e9)).state == ReachState.INVALID
+
+
+def test_jump_is_kept_out(library, config, reach_maker):
+    track = reach_maker("left bin", np.random.default_rng(10))
+    predictor = ReachPredictor(library, config)
+
+    def jump(i, sample):
+        if i in (70, 71):
+            points = np.array(sample.keypoints)
+            points[2] += 0.5
+            return altered(sample, points)
+        return sample
+
+    results = run(predictor, track, change=jump)
+    assert predictor.counters["jump"] == 2
+    assert "jump: wrist" in results[70][1].reason
+    assert np.abs(results[71][1].mean[0, 2] - track.keypoints[71, 2]).max() < 0.05
+
+
+def test_swapped_markers_are_rejected(library, config, reach_maker):
+    track = reach_maker("left bin", np.random.default_rng(11))
+    predictor = ReachPredictor(library, config)
+
+    def swap(i, sample):
+        order = [2, 1, 0, 3] if 65 <= i < 70 else [0, 1, 2, 3]
+        return altered(sample, np.array(sample.keypoints)[order])
+
+    results = run(predictor, track, change=swap)
+    assert predictor.counters["markers swapped"] == 5
+    assert results[67][1].reason == "markers swapped"
+    assert results[-1][1].state == ReachState.IDLE
+    np.testing.assert_allclose(results[-1][1].mean[0], track.keypoints[-1], atol=0.01)
+
+
+def test_implausible_arm_is_rejected(library, config, reach_maker):
+    track = reach_maker("left bin", np.random.default_rng(12))
+    predictor = ReachPredictor(library, config)
+    results = run(
+        predictor, track, change=lambda i, s: altered(s, np.array(s.keypoints) * [1, 1, 3])
+    )
+    assert predictor.counters["implausible length"] > 100
+    assert all(p is None for _, p in results)
+
+
+def test_clock_going_back_restarts(library, config, reach_maker):
+    track = reach_maker("left bin", np.random.default_rng(13))
+    predictor = ReachPredictor(library, config)
+    run(predictor, track)
+    samples = list(track.samples(1_000_000_000))
+    predictor.observe(samples[0])
+    assert predictor.counters["restarts"] == 1
+    prediction = predictor.predict()
+    assert prediction.stamp_ns == samples[0].stamp_ns
+    assert "clock went back" in prediction.reason
+    predictor.observe(samples[0])
+    assert predictor.counters["late or repeated sample"] == 1
+    for sample in samples[1:]:
+        predictor.observe(sample)
+    assert predictor.counters["reaches"] == 2
+
+
+def test_side_change_restarts(library, config, reach_maker):
+    track = reach_maker("left bin", np.random.default_rng(14))
+    predictor = ReachPredictor(library, config)
+    run(predictor, track, until=0.3)
+    run(predictor, dataclasses.replace(track, side="left"))
+    assert predictor.counters["restarts"] == 1
+    assert predictor.predict().side == "left"
+
+
+def test_gap_restarts(library, config, reach_maker):
+    track = reach_maker("left bin", np.random.default_rng(15))
+    predictor = ReachPredictor(library, config)
+    results = run(predictor, track, change=lambda i, s: None if 80 < i < 120 else s)
+    after = next(p for t, p in results if t > 1.19)
+    assert after.state == ReachState.IDLE
+    assert "restarted after 0.40 s" in after.reason
+
+
+def test_without_library_velocity_is_kept(config, reach_maker):
+    track = reach_maker("left bin", np.random.default_rng(16), duration=1.0, noise=0.0)
+    predictor = ReachPredictor(None, config)
+    results = run(predictor, track, until=1.0)
+    prediction = results[-1][1]
+    check_sane(prediction, config)
+    assert prediction.state == ReachState.REACHING
+    assert prediction.task_names == ()
+    speed = (track.keypoints[100, 2] - track.keypoints[90, 2]) / 0.1
+    found = (prediction.mean[10, 2] - prediction.mean[0, 2]) / (10 * config.step)
+    np.testing.assert_allclose(found, speed, atol=0.02)
+    spread = prediction.covariance[:, 2, 0, 0]
+    assert (np.diff(spread) > 0.0).all()
+
+
+def test_elbow_and_hand_never_seen(library, config, reach_maker):
+    track = reach_maker("left bin", np.random.default_rng(17))
+    predictor = ReachPredictor(library, config)
+    for _, p in run(predictor, track, change=lambda i, s: altered(s, lost=(1, 3))):
+        check_sane(p, config)
+    no_shoulder = ReachPredictor(library, config)
+    results = run(no_shoulder, track, change=lambda i, s: altered(s, lost=(0,)))
+    assert all(p is None for _, p in results)
+
+
+def test_same_samples_same_prediction(library, config, reach_maker):
+    track = reach_maker("left bin", np.random.default_rng(18))
+    first = run(ReachPredictor(library, config), track)
+    reused = ReachPredictor(library, config)
+    run(reused, track, until=0.9)
+    reused.reset()
+    for (_, a), (_, b) in zip(first, run(reused, track), strict=True):
+        np.testing.assert_array_equal(a.mean, b.mean)
+        np.testing.assert_array_equal(a.covariance, b.covariance)
+
+
+@settings(
+    max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(st.integers(0, 10_000))
+def test_no_fault_makes_nan_or_raises(library, config, reach_maker, seed):
+    rng = np.random.default_rng(seed)
+    track = reach_maker("left bin", rng, rate=60.0)
+    predictor = ReachPredictor(library if seed % 3 else None, config)
+    stamp = 0
+    for sample in track.samples():
+        points = np.array(sample.keypoints)
+        points += rng.choice([0.0, 0.0, 0.01, 1.0]) * rng.standard_normal((4, 3))
+        if rng.random() < 0.1:
+            points = points[rng.permutation(4)]
+        valid = rng.random(4) > rng.choice([0.0, 0.2, 0.8])
+        stamp += int(rng.choice([17, 17, 17, 17, 0, 300, -5, -2000]) * 1e6)
+        predictor.observe(ArmSample(stamp, points, valid, str(rng.choice(["right"] * 20 + ["left"]))))
+        prediction = predictor.predict(stamp + int(rng.choice([0, 50_000_000, 10**9])))
+        if prediction is not None:
+            check_sane(prediction, config)
+
+
+@given(st.integers(0, 1000))
+def test_rotation_keeps_length_and_angle(seed):
+    rng = np.random.default_rng(seed)
+    vector, start, directions = (
+        rng.standard_normal(3), rng.standard_normal(3), rng.standard_normal((5, 3))
+    )
+    turned = rotated_along(vector, start, directions)
+    np.testing.assert_allclose(np.linalg.norm(turned, axis=1), np.linalg.norm(vector))
+    units = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    cosines = units @ start / np.linalg.norm(start)
+    expected = vector @ start / np.linalg.norm(start)
+    np.testing.assert_allclose(
+        np.sum(turned * units, axis=1)[cosines > -0.99], expected, atol=1e-9
+    )
+
+
+def test_one_sample_to_prediction_is_fast(library, config, reach_maker):
+    track = reach_maker("left bin", np.random.default_rng(19), rate=250.0, noise=0.001)
+    predictor = ReachPredictor(library, PredictorConfig(update_interval=0.001))
+    spent = []
+    for sample in track.samples():
+        begin = time.perf_counter()
+        predictor.observe(sample)
+        predictor.predict()
+        spent.append(time.perf_counter() - begin)
+    # Generous: the machine may be busy. The benchmark script measures in earnest.
+    assert np.median(spent) < 5e-3

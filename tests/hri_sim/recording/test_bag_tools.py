@@ -1,0 +1,156 @@
+from __future__ import annotations
+
+import json
+import os
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+rclpy = pytest.importorskip("rclpy")
+
+from rclpy.node import Node  # noqa: E402
+from sensor_msgs.msg import JointState  # noqa: E402
+from std_msgs.msg import String  # noqa: E402
+
+from hri_prediction.bags import BagWriter, TopicInfo, inspect_bag  # noqa: E402
+from hri_prediction.errors import ConfigError  # noqa: E402
+from hri_sim.tools import echo_topic  # noqa: E402
+from hri_sim.tools import inspect_bag as inspect_tool  # noqa: E402
+from hri_sim.tools.fields import columns, follow, parse_field, to_text  # noqa: E402
+
+DOMAIN = 1 + (os.getpid() + 71) % 100
+
+
+@pytest.fixture
+def bag(tmp_path: Path) -> Path:
+    with BagWriter(tmp_path / "run", custom_data={"seed": "7"}) as writer:
+        channel = writer.add_topic(TopicInfo("/a", "std_msgs/msg/String"))
+        for index in range(100):
+            writer.write(channel, b"\x00\x01\x00\x00\x01\x00\x00\x00\x00", index * 10**7)
+    return tmp_path / "run"
+
+
+def test_a_whole_bag_is_shown(bag: Path, capsys) -> None:
+    assert inspect_tool.main([str(bag)]) == 0
+    out = capsys.readouterr().out
+    for part in ("closed in order", "/a", "std_msgs/msg/String", "100", "seed", "0.990 s"):
+        assert part in out
+    assert inspect_tool.main([str(bag), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["messages"] == 100
+
+
+def test_a_cut_bag_is_shown_and_salvaged(bag: Path, tmp_path: Path, capsys) -> None:
+    file = bag / "run_0.mcap"
+    file.write_bytes(file.read_bytes()[:-100])
+    assert inspect_tool.main([str(bag)]) == 3
+    out = capsys.readouterr().out
+    assert "NOT CLOSED" in out
+    assert "--salvage" in out
+    assert inspect_tool.main([str(bag), "--salvage", str(tmp_path / "new")]) == 0
+    assert "100 messages of 1 topics" in capsys.readouterr().out
+    assert inspect_bag(tmp_path / "new").closed
+
+
+@pytest.mark.parametrize("name", ["missing", "text.mcap", "empty"])
+def test_what_is_no_bag_gives_one_line(tmp_path: Path, name: str, capsys) -> None:
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "text.mcap").write_text("hello, this is some text")
+    for extra in ([], ["--salvage", str(tmp_path / "out")]):
+        assert inspect_tool.main([str(tmp_path / name), *extra]) == 1
+        err = capsys.readouterr().err
+        assert err.startswith("inspect_bag.py: ")
+        assert err.count("\n") == 1
+
+
+def test_field_paths() -> None:
+    message = JointState(name=["a", "b"], position=[1.0, 2.0])
+    assert follow(message, parse_field("position[1]")) == 2.0
+    assert follow(message, parse_field("header.stamp.sec")) == 0
+    assert follow(message, parse_field("name[-1]")) == "b"
+    for text in ("", "a..b", "[x]", "a b"):
+        with pytest.raises(ConfigError, match=r"field"):
+            parse_field(text)
+    with pytest.raises(ConfigError, match=r"one of header, name, position"):
+        follow(message, parse_field("positions"))
+    with pytest.raises(ConfigError, match=r"2 elements"):
+        follow(message, parse_field("position[2]"))
+
+
+def test_messages_as_text_and_columns() -> None:
+    message = JointState(name=["a"], position=np.array([0.5, 1.5]))
+    assert "position: [0.5, 1.5]" in to_text(message)
+    row = columns(message)
+    assert row["position[1]"] == 1.5
+    assert row["header.stamp.sec"] == 0
+    assert to_text(2.5) == "2.5"
+
+
+@pytest.fixture
+def talker(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Publishes /joint_states (best effort) and /robot_description (latched) meanwhile."""
+    from hri_prediction.ros.qos import LATCHED, SENSOR
+
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(DOMAIN))
+    context = rclpy.Context()
+    rclpy.init(context=context, domain_id=DOMAIN)
+    node = Node("talker", context=context)
+    joints = node.create_publisher(JointState, "/joint_states", SENSOR)
+    node.create_publisher(String, "/robot_description", LATCHED).publish(String(data="<robot/>"))
+    stop = threading.Event()
+
+    def talk() -> None:
+        count = 0
+        while not stop.wait(0.01):
+            count += 1
+            joints.publish(JointState(name=["a"], position=[float(count)]))
+
+    thread = threading.Thread(target=talk)
+    thread.start()
+    yield
+    stop.set()
+    thread.join()
+    node.destroy_node()
+    rclpy.try_shutdown(context=context)
+
+
+def test_echo(talker: None, capfd) -> None:
+    assert echo_topic.main(["/joint_states", "--once", "--timeout", "10"]) == 0
+    out = capfd.readouterr().out
+    assert "name: [a]" in out
+    assert out.rstrip().endswith("---")
+    # Latched: the QoS of the publisher is taken over.
+    assert echo_topic.main(["/robot_description", "--once", "--field", "data", "--timeout", "10"]) == 0
+    assert capfd.readouterr().out == "<robot/>\n"
+    options = ["/joint_states", "--csv", "--field", "position", "--count", "3", "--timeout", "10"]
+    assert echo_topic.main(options) == 0
+    header, *rows = capfd.readouterr().out.splitlines()
+    assert header == "received_s,position[0]"
+    values = [float(row.split(",")[1]) for row in rows]
+    assert values == [values[0], values[0] + 1, values[0] + 2]
+    assert echo_topic.main(["/joint_states", "--hz", "--count", "130", "--timeout", "10"]) == 0
+    rate = float(capfd.readouterr().out.split()[0])
+    assert 50 < rate < 110
+
+
+def test_echo_says_what_it_waits_for(talker: None, capfd) -> None:
+    start = time.monotonic()
+    assert echo_topic.main(["/joint_state", "--timeout", "2"]) == 1
+    assert time.monotonic() - start < 5
+    waiting, failed = capfd.readouterr().err.splitlines()
+    assert waiting.startswith("waiting for /joint_state: nobody publishes it yet")
+    assert "/joint_states" in waiting
+    assert failed.startswith("echo_topic.py: nobody publishes /joint_state")
+    assert echo_topic.main(["/joint_states", "--field", "nothing", "--timeout", "9"]) == 1
+    assert "has no field 'nothing'" in capfd.readouterr().err
+    assert echo_topic.main(["/joint_states", "--field", "a b"]) == 1
+
+
+def test_near_names() -> None:
+    known = ["/joint_states", "/rosout", "/humans/bodies/person1/arm"]
+    assert echo_topic.near_names("/joint_state", known)[0] == "/joint_states"
+    assert echo_topic.near_names("/arm", known) == ["/humans/bodies/person1/arm"]
+    assert echo_topic.near_names("/xyz", known) == []

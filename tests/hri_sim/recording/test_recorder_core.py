@@ -1,0 +1,145 @@
+from __future__ import annotations
+
+import resource
+import time
+from pathlib import Path
+
+import pytest
+
+from hri_prediction.bags import BagReader, TopicInfo, inspect_bag
+from hri_prediction.errors import ConfigError, DataError
+from hri_sim.recording.provenance import collect_provenance, custom_data, parse_provenance
+from hri_sim.recording.recorder_core import RecorderConfig, RecorderCore, wait_for
+
+INFO = TopicInfo("/a", "std_msgs/msg/UInt64")
+
+
+def push(core: RecorderCore, topic: int, count: int, size: int = 8) -> None:
+    for index in range(count):
+        data = index.to_bytes(8, "little") + bytes(size - 8)
+        core.push(topic, data, index + 1, index, index + 1)
+
+
+def test_everything_pushed_is_in_the_bag(tmp_path: Path) -> None:
+    core = RecorderCore(tmp_path / "run", custom_data={"seed": "1"})
+    topic = core.add_topic(INFO)
+    push(core, topic, 20_000)
+    late = core.add_topic(TopicInfo("/late", "std_msgs/msg/String"))
+    core.push(late, b"x", 30_000, 30_000)
+    assert core.close().message_count == 20_001
+    assert core.close().message_count == 20_001
+    messages = list(BagReader(tmp_path / "run").messages(["/a"]))
+    assert [m.sequence for m in messages] == list(range(1, 20_001))
+    assert core.state.dropped == core.state.lost == core.state.queued == 0
+    assert core.state.queued_bytes == 0
+
+
+def test_messages_reach_the_disk_within_the_flush_period(tmp_path: Path) -> None:
+    core = RecorderCore(tmp_path / "run", RecorderConfig(flush_period=0.2))
+    topic = core.add_topic(INFO)
+    start = time.monotonic()
+    push(core, topic, 10)
+    assert wait_for(core, 10)
+    assert time.monotonic() - start < 0.6
+    report = inspect_bag(tmp_path / "run")
+    assert (report.messages, report.closed) == (10, False)
+    core.close()
+    assert inspect_bag(tmp_path / "run").closed
+
+
+def test_a_topic_without_messages_is_listed(tmp_path: Path) -> None:
+    core = RecorderCore(tmp_path / "run")
+    core.add_topic(INFO)
+    (topic,) = core.close().topics
+    assert (topic.name, topic.message_count) == ("/a", 0)
+
+
+def test_a_full_queue_drops_and_counts(tmp_path: Path) -> None:
+    core = RecorderCore(tmp_path / "run", RecorderConfig(queue_megabytes=1))
+    topic = core.add_topic(INFO)
+    core.push(topic, bytes(900_000), 1, 1)
+    accepted = core.push(topic, bytes(900_000), 2, 2)
+    assert not accepted
+    assert core.state.dropped == 1
+    assert core.dropped_by_topic == {"/a": 1}
+    assert core.close().message_count == 1
+
+
+@pytest.fixture
+def disk_limit():
+    """Limits the size of files, as a full disk would; the limit is taken back afterwards."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    yield lambda size: resource.setrlimit(
+        resource.RLIMIT_FSIZE, (before[0] if size is None else size, before[1])
+    )
+    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def test_a_full_disk_ends_by_policy(tmp_path: Path, disk_limit) -> None:
+    core = RecorderCore(
+        tmp_path / "run", RecorderConfig(flush_period=0.1, chunk_kilobytes=16)
+    )
+    topic = core.add_topic(INFO)
+    push(core, topic, 100)
+    assert wait_for(core, 100)
+    disk_limit(core.state.file_bytes + 5000)
+    rng = __import__("random").Random(2)
+    for index in range(500):
+        core.push(topic, rng.randbytes(100), 200 + index, 200 + index)
+    end = time.monotonic() + 5.0
+    while not core.must_end and time.monotonic() < end:
+        time.sleep(0.01)
+    assert core.must_end
+    assert "cannot write" in core.state.error
+    metadata = core.close()
+    state = core.state
+    assert 100 <= metadata.message_count < 600
+    assert metadata.message_count + state.lost == 600
+    disk_limit(None)
+    assert inspect_bag(tmp_path / "run").messages == metadata.message_count
+
+
+def test_a_recorder_that_stays_goes_on_when_there_is_space(tmp_path: Path, disk_limit) -> None:
+    core = RecorderCore(tmp_path / "run", RecorderConfig(flush_period=0.1, on_error="stay"))
+    topic = core.add_topic(INFO)
+    push(core, topic, 100)
+    assert wait_for(core, 100)
+    disk_limit(core.state.file_bytes + 10)
+    push(core, topic, 100)
+    end = time.monotonic() + 5.0
+    while not core.state.error and time.monotonic() < end:
+        time.sleep(0.01)
+    assert core.state.error
+    assert not core.must_end
+    push(core, topic, 100)
+    disk_limit(None)
+    assert wait_for(core, 300)
+    assert core.state.error == ""
+    assert core.close().message_count == 300
+
+
+def test_bad_places_are_refused_at_once(tmp_path: Path) -> None:
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "something").write_text("")
+    with pytest.raises(ConfigError, match=r"exists already"):
+        RecorderCore(tmp_path / "run")
+    with pytest.raises(ConfigError, match=r"cannot make"):
+        RecorderCore("/proc/nothing")
+    with pytest.raises(DataError, match=r"MB left"):
+        RecorderCore(tmp_path / "new", RecorderConfig(min_free_megabytes=10**9))
+    with pytest.raises(ConfigError, match=r"flush_period"):
+        RecorderConfig(flush_period=2.0)
+
+
+def test_provenance(tmp_path: Path) -> None:
+    assert parse_provenance("") == {}
+    assert parse_provenance('{"seed": 3}') == {"seed": 3}
+    (tmp_path / "run.json").write_text('{"models": ["a", "b"]}')
+    run = parse_provenance(str(tmp_path / "run.json"))
+    strings = custom_data(collect_provenance(run))
+    assert strings["models"] == '["a", "b"]'
+    assert strings["python"]
+    assert all(isinstance(value, str) for value in strings.values())
+    for text in ("[1]", "{", "/no/such/file"):
+        with pytest.raises(ConfigError):
+            parse_provenance(text)

@@ -1,0 +1,105 @@
+"""Scenario files."""
+
+import pytest
+import yaml
+
+from hri_prediction.errors import ConfigError
+from hri_sim.scenario.examination import examine_scenario
+from hri_sim.scenario.schema import Scenario, load_scenario, save_scenario, scenario_from_mapping
+from hri_sim.scenario.shipped import load_shipped, shipped_names
+
+
+def values(**changes):
+    base = {
+        "name": "test",
+        "robot_start": [0.0] * 7,
+        "targets": {"a": [0.4, 0.3, 0.2], "b": [0.45, 0.1, 0.12]},
+        "persons": [{"id": "ann"}, {"id": "bob", "side": "left"}],
+        "reaches": [
+            {"robot_target": "a", "person_target": "b"},
+            {"robot_target": "a", "person_target": "b", "person": "bob"},
+            {"robot_target": "a"},
+        ],
+    }
+    base.update(changes)
+    return base
+
+
+def test_defaults_and_lookups():
+    scenario = scenario_from_mapping(values())
+    assert scenario.person_of(0).id == "ann"
+    assert scenario.person_of(1).side == "left"
+    assert scenario.person_from(1) == scenario.persons[1].home
+    assert scenario.person_from(2) == scenario.targets["b"]
+    assert scenario.candidates(0) == ("b",)
+    assert scenario.candidates(2) == ()
+    assert scenario.table.top < 0.0
+
+
+def test_round_trip(tmp_path):
+    scenario = scenario_from_mapping(values())
+    save_scenario(tmp_path / "scenario.yaml", scenario)
+    assert load_scenario(tmp_path / "scenario.yaml") == scenario
+    with pytest.raises(ConfigError, match="cannot write"):
+        save_scenario(tmp_path / "no" / "scenario.yaml", scenario)
+
+
+@pytest.mark.parametrize(
+    ("changes", "match"),
+    [
+        ({"colour": "red"}, "unknown field colour"),
+        ({"targets": None}, "targets = None"),
+        ({"robot_start": [0.0] * 6}, "robot_start.6 is missing"),
+        ({"robot_start": [0.0] * 6 + ["x"]}, r"robot_start.6 = 'x'.*number"),
+        ({"seed": -1}, "seed = -1.*greater than or equal to 0"),
+        ({"targets": {"a": [0.1, 0.2, float("nan")]}}, r"targets.a.2 = nan.*finite"),
+        ({"targets": {"1a": [0.1, 0.2, 0.3]}}, "targets.1a"),
+        ({"reaches": []}, "reaches"),
+        ({"reaches": [{"robot_target": "c"}]}, "'c' is not in: a, b"),
+        ({"reaches": [{"robot_target": "a", "person_target": "c"}]}, "'c' is not in: a, b"),
+        ({"reaches": [{"robot_target": "a", "person_target": "a", "person": "eve"}]}, "eve"),
+        ({"reaches": [{"robot_target": "a", "duration": 0}]}, r"reaches.0.duration = 0"),
+        (
+            {"reaches": [{"robot_target": "a", "person_target": "b", "person_candidates": ["a"]}]},
+            "lack the person_target",
+        ),
+        ({"persons": [{"id": "ann"}, {"id": "ann"}]}, "share an id"),
+        ({"persons": [{"side": "both"}]}, r"persons.0.side = 'both'.*'right' or 'left'"),
+        ({"persons": [{"home": [0.0, 0.0, 0.0]}]}, "persons.0: home .* out of reach"),
+        ({"persons": []}, "no persons"),
+        ({"targets": {"a": [0.4, 0.3, 0.2], "b": [0.1, 0.1, 0.1]}}, "'b' is out of reach of ann"),
+    ],
+)
+def test_what_is_wrong_is_named(tmp_path, changes, match):
+    path = tmp_path / "scenario.yaml"
+    path.write_text(yaml.safe_dump(values(**changes)))
+    with pytest.raises(ConfigError, match=match) as caught:
+        load_scenario(path)
+    assert "scenario.yaml" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["", "- 1\n", "a: [", "\x00"])
+def test_files_that_are_no_mapping(tmp_path, text):
+    path = tmp_path / "scenario.yaml"
+    path.write_text(text)
+    with pytest.raises(ConfigError, match=r"scenario\.yaml"):
+        load_scenario(path)
+    with pytest.raises(ConfigError, match="cannot read"):
+        load_scenario(tmp_path / "absent.yaml")
+
+
+@pytest.mark.parametrize("name", shipped_names())
+def test_shipped_scenarios_are_fair_tests(name):
+    scenario = load_shipped(name)
+    assert isinstance(scenario, Scenario)
+    assert scenario.name == name
+    reports = examine_scenario(scenario)
+    assert len(reports) == 3
+    assert all(report.accepted and report.staying_clearance > 0.02 for report in reports)
+    assert scenario.persons[0].side == ("left" if name.endswith("left") else "right")
+
+
+def test_unknown_shipped_scenario_lists_those_there_are():
+    with pytest.raises(ConfigError, match="table_reach, table_reach_left"):
+        load_shipped("none")
