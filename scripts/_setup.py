@@ -245,7 +245,7 @@ def warm_kernels(env: dict[str, str]) -> None:
     if stamps.get("kernels") == stamp:
         return
     say("compiling kernels")
-    code = "import hri_planner.warm as w; w.warm_kernels()"
+    code = "import hri_sim.warm as w; w.warm_kernels()"
     run([str(VENV / "bin" / "python"), "-c", code], "compiling kernels", {}, env)
     write_stamp("kernels", stamp)
 

@@ -71,7 +71,7 @@ def costs(trajectories, step, robot, config, goal, margin, table_top, arms):
     scale = config.joint_limit_scale
     limits = sum(np.where(x > -10 * scale, np.exp(x / scale), 0) for x in (below, above))
     term["joint_limits"] = config.joint_limit_weight * step * limits.sum((1, 2))
-    share = np.abs(np.diff(q[:, 2:], axis=1)) / step / robot.velocity
+    share = np.abs(np.diff(q[:, 1:], axis=1)) / step / robot.velocity
     fast = np.maximum(0, (share - config.speed_share) * 20) ** 2
     term["speed"] = config.speed_weight * step * fast.sum((1, 2))
     bend = np.diff(q, n=2, axis=1) / step**2

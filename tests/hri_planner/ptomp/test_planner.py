@@ -7,6 +7,7 @@ from reach_trials import REST, TABLE
 from hri_planner.ptomp import HumanForecast, PtompConfig, PtompPlanner
 from hri_planner.robot import load_robot, solve_ik
 from hri_prediction.errors import PlanningError
+from hri_prediction.geometry import capsule_distances
 
 ROBOT = load_robot()
 RADII = np.array([0.05, 0.04, 0.05])
@@ -79,10 +80,8 @@ def test_evades_at_rest_and_comes_back():
     planner = _planner()
     planner.start(START, np.zeros(7), ROBOT.frames(START)[3], 0.3, 0.0)
     tool = ROBOT.frames(START)[3]
-    close = FAR_ARM + (tool + [0.03, 0, 0] - FAR_ARM[3])
+    close = FAR_ARM + (tool + np.array([0.03, 0, 0]) - FAR_ARM[3])
     now, stages, gap = 0.0, [], []
-    from hri_prediction.geometry import capsule_distances
-
     while now < 4.0:
         share = np.clip((now - 0.5) / 0.7, 0, 1) if now < 2.2 else np.clip((2.9 - now) / 0.7, 0, 1)
         # The forecast: linear motion for another 0.35 s.

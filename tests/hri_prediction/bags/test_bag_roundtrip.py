@@ -63,8 +63,13 @@ def test_mcap_ros2_gives_every_message_back(tmp_path: Path, write_bag) -> None:
         reader = make_reader(stream, validate_crcs=True, decoder_factories=[DecoderFactory()])
         found = list(reader.iter_decoded_messages())
         assert [
-            (f.channel.topic, f.message.data, f.message.log_time, f.message.publish_time,
-             f.message.sequence)
+            (
+                f.channel.topic,
+                f.message.data,
+                f.message.log_time,
+                f.message.publish_time,
+                f.message.sequence,
+            )
             for f in found
         ] == rows
         assert [f.decoded_message.data for f in found if f.channel.topic == "/numbers"] == [

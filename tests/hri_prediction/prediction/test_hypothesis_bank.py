@@ -47,9 +47,7 @@ def test_single_hypothesis_is_plain_conditioning(library, config):
     np.testing.assert_allclose(bank.means[0], expected.mean, atol=1e-8)
     np.testing.assert_allclose(bank.covariances[0], expected.covariance, atol=1e-9)
     mean, blocks = np.empty(6), np.empty((2, 3, 3))
-    position_moments(
-        bank.means[0], bank.covariances[0], expected.basis.values(0.7), mean, blocks
-    )
+    position_moments(bank.means[0], bank.covariances[0], expected.basis.values(0.7), mean, blocks)
     np.testing.assert_allclose(mean, expected.trajectory_mean([0.7])[0], atol=1e-5)
     full = expected.trajectory_covariance([0.7])[0]
     np.testing.assert_allclose(blocks[0], full[:3, :3], atol=1e-7)

@@ -8,8 +8,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from hri_prediction.prediction import PredictorConfig, ReachPredictor, ReachState
+from hri_prediction.prediction import PredictorConfig, ReachPredictor, ReachState, bank
 from hri_prediction.prediction.output import rotated_along
+from hri_prediction.promp import WeightFilter, filtering
+from hri_prediction.tracks.segmentation import regression_speed
 from hri_prediction.tracks.track import ArmSample
 from hri_prediction.warm import warm_kernels
 
@@ -252,7 +254,9 @@ def test_no_fault_makes_nan_or_raises(library, config, reach_maker, seed):
             points = points[rng.permutation(4)]
         valid = rng.random(4) > rng.choice([0.0, 0.2, 0.8])
         stamp += int(rng.choice([17, 17, 17, 17, 0, 300, -5, -2000]) * 1e6)
-        predictor.observe(ArmSample(stamp, points, valid, str(rng.choice(["right"] * 20 + ["left"]))))
+        predictor.observe(
+            ArmSample(stamp, points, valid, str(rng.choice(["right"] * 20 + ["left"])))
+        )
         prediction = predictor.predict(stamp + int(rng.choice([0, 50_000_000, 10**9])))
         if prediction is not None:
             check_sane(prediction, config)
@@ -262,16 +266,24 @@ def test_no_fault_makes_nan_or_raises(library, config, reach_maker, seed):
 def test_rotation_keeps_length_and_angle(seed):
     rng = np.random.default_rng(seed)
     vector, start, directions = (
-        rng.standard_normal(3), rng.standard_normal(3), rng.standard_normal((5, 3))
+        rng.standard_normal(3),
+        rng.standard_normal(3),
+        rng.standard_normal((5, 3)),
     )
     turned = rotated_along(vector, start, directions)
     np.testing.assert_allclose(np.linalg.norm(turned, axis=1), np.linalg.norm(vector))
     units = directions / np.linalg.norm(directions, axis=1, keepdims=True)
     cosines = units @ start / np.linalg.norm(start)
     expected = vector @ start / np.linalg.norm(start)
-    np.testing.assert_allclose(
-        np.sum(turned * units, axis=1)[cosines > -0.99], expected, atol=1e-9
-    )
+    np.testing.assert_allclose(np.sum(turned * units, axis=1)[cosines > -0.99], expected, atol=1e-9)
+
+
+def test_warming_leaves_nothing_to_compile(library, config, reach_maker):
+    kernels = (bank.update_bank, bank.mix_bank, filtering.kalman_step, regression_speed)
+    before = [len(kernel.signatures) for kernel in kernels]
+    run(ReachPredictor(library, config), reach_maker("left bin", np.random.default_rng(20)))
+    WeightFilter(library.tasks[0].promp).observe(0.5, np.zeros(6))
+    assert [len(kernel.signatures) for kernel in kernels] == before
 
 
 def test_one_sample_to_prediction_is_fast(library, config, reach_maker):

@@ -124,7 +124,7 @@ def test_video_errors_are_one_clear_line(tmp_path, monkeypatch):
     with pytest.raises(DataError, match="folder does not exist"):
         render_video(record, tmp_path / "no" / "a.mp4", size=SIZE, renderer="software")
     (tmp_path / "folder.mp4").mkdir()
-    with pytest.raises(DataError, match="cannot write .*directory"):
+    with pytest.raises(DataError, match=r"cannot write .*directory"):
         render_video(record, tmp_path / "folder.mp4", size=SIZE, renderer="software")
     assert list(tmp_path.iterdir()) == [tmp_path / "folder.mp4"]
     monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", "/no/such/program")

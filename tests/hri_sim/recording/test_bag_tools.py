@@ -2,6 +2,9 @@ from __future__ import annotations
 
 import json
 import os
+import signal
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -123,7 +126,8 @@ def test_echo(talker: None, capfd) -> None:
     assert "name: [a]" in out
     assert out.rstrip().endswith("---")
     # Latched: the QoS of the publisher is taken over.
-    assert echo_topic.main(["/robot_description", "--once", "--field", "data", "--timeout", "10"]) == 0
+    options = ["/robot_description", "--once", "--field", "data", "--timeout", "10"]
+    assert echo_topic.main(options) == 0
     assert capfd.readouterr().out == "<robot/>\n"
     options = ["/joint_states", "--csv", "--field", "position", "--count", "3", "--timeout", "10"]
     assert echo_topic.main(options) == 0
@@ -147,6 +151,27 @@ def test_echo_says_what_it_waits_for(talker: None, capfd) -> None:
     assert echo_topic.main(["/joint_states", "--field", "nothing", "--timeout", "9"]) == 1
     assert "has no field 'nothing'" in capfd.readouterr().err
     assert echo_topic.main(["/joint_states", "--field", "a b"]) == 1
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_echo_ends_quietly(talker: None, number: int) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "hri_sim.tools.echo_topic", "/joint_states"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        assert process.stdout is not None
+        assert "header:" in process.stdout.readline()
+        process.send_signal(number)
+        _, err = process.communicate(timeout=10)
+    finally:
+        if process.poll() is None:
+            process.kill()
+            process.communicate()
+    assert process.returncode == 0
+    assert err == ""
 
 
 def test_near_names() -> None:

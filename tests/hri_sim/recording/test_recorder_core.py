@@ -9,7 +9,16 @@ import pytest
 from hri_prediction.bags import BagReader, TopicInfo, inspect_bag
 from hri_prediction.errors import ConfigError, DataError
 from hri_sim.recording.provenance import collect_provenance, custom_data, parse_provenance
-from hri_sim.recording.recorder_core import RecorderConfig, RecorderCore, wait_for
+from hri_sim.recording.recorder_core import RecorderConfig, RecorderCore
+
+
+def wait_for(core: RecorderCore, written: int) -> bool:
+    """Wait until the operating system has so many messages; False after 5 s."""
+    end = time.monotonic() + 5.0
+    while core.state.written < written and time.monotonic() < end:
+        time.sleep(0.01)
+    return core.state.written >= written
+
 
 INFO = TopicInfo("/a", "std_msgs/msg/UInt64")
 
@@ -76,9 +85,7 @@ def disk_limit():
 
 
 def test_a_full_disk_ends_by_policy(tmp_path: Path, disk_limit) -> None:
-    core = RecorderCore(
-        tmp_path / "run", RecorderConfig(flush_period=0.1, chunk_kilobytes=16)
-    )
+    core = RecorderCore(tmp_path / "run", RecorderConfig(flush_period=0.1, chunk_kilobytes=16))
     topic = core.add_topic(INFO)
     push(core, topic, 100)
     assert wait_for(core, 100)

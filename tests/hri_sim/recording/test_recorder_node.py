@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import random
+import resource
 import signal
 import subprocess
 import sys
@@ -15,6 +17,7 @@ import pytest
 
 rclpy = pytest.importorskip("rclpy")
 
+from builtin_interfaces.msg import Time  # noqa: E402
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus  # noqa: E402
 from rclpy.experimental.events_executor import EventsExecutor  # noqa: E402
 from rclpy.node import Node  # noqa: E402
@@ -26,7 +29,8 @@ from rclpy.qos import (  # noqa: E402
     ReliabilityPolicy,
 )
 from rosbags.highlevel import AnyReader  # noqa: E402
-from std_msgs.msg import String, UInt64  # noqa: E402
+from rosgraph_msgs.msg import Clock  # noqa: E402
+from std_msgs.msg import ByteMultiArray, String, UInt64  # noqa: E402
 
 from hri_prediction.bags import BagReader, inspect_bag, salvage  # noqa: E402
 from hri_prediction.errors import ConfigError  # noqa: E402
@@ -96,7 +100,9 @@ def test_every_topic_is_recorded_also_a_later_one(tmp_path: Path, rig: Rig) -> N
     numbers = rig.node.create_publisher(UInt64, "/numbers", BEST_EFFORT)
     feedback = rig.node.create_publisher(String, "/x/_action/feedback", 10)
     recorder = rig.recorder(tmp_path / "run", provenance='{"seed": 5, "models": {"m": 1}}')
-    rig.spin_until(lambda: numbers.get_subscription_count() + feedback.get_subscription_count() == 2)
+    rig.spin_until(
+        lambda: numbers.get_subscription_count() == feedback.get_subscription_count() == 1
+    )
     for index in range(200):
         numbers.publish(UInt64(data=index))
         rig.executor.spin_once(timeout_sec=0.001)
@@ -147,6 +153,25 @@ def test_a_publisher_that_offers_less_is_recorded_too(tmp_path: Path, rig: Rig) 
     recorder.close()
     decoded = [m.decode().data for m in BagReader(tmp_path / "run").messages(["/mixed"])]
     assert sorted(decoded) == ["best effort", "latched", "reliable"]
+
+
+def test_simulated_time_is_what_is_logged(tmp_path: Path, rig: Rig) -> None:
+    clock = rig.node.create_publisher(Clock, "/clock", BEST_EFFORT)
+    numbers = rig.node.create_publisher(UInt64, "/numbers", 10)
+    recorder = rig.recorder(tmp_path / "run", use_sim_time=True)
+    # Once for the node's own clock, once for the bag.
+    rig.spin_until(
+        lambda: clock.get_subscription_count() == 2 and numbers.get_subscription_count() == 1
+    )
+    for second in (5, 6, 7):
+        clock.publish(Clock(clock=Time(sec=second)))
+        rig.spin(0.1)
+        numbers.publish(UInt64(data=second))
+        rig.spin(0.1)
+    recorder.close()
+    found = list(BagReader(tmp_path / "run").messages(["/numbers"]))
+    assert [m.log_time_ns for m in found] == [5 * 10**9, 6 * 10**9, 7 * 10**9]
+    assert len(list(BagReader(tmp_path / "run").messages(["/clock"]))) == 3
 
 
 def test_excluded_topics_are_left_out(tmp_path: Path, rig: Rig) -> None:
@@ -208,8 +233,10 @@ def test_bad_parameters_are_refused(tmp_path: Path, rig: Rig) -> None:
 
 def start_recorder(folder: Path, domain: int) -> subprocess.Popen:
     return subprocess.Popen(
-        [sys.executable, "-m", "hri_sim.nodes.recorder_node", "--ros-args"]
-        + ["-p", f"output:={folder}", "-p", "flush_period:=0.2"],
+        [
+            *(sys.executable, "-m", "hri_sim.nodes.recorder_node", "--ros-args"),
+            *("-p", f"output:={folder}", "-p", "flush_period:=0.2"),
+        ],
         env={
             **os.environ,
             "ROS_DOMAIN_ID": str(domain),
@@ -234,7 +261,7 @@ def test_the_process_ends_with_a_readable_bag(tmp_path: Path, rig: Rig, number: 
         if number == signal.SIGKILL:
             time.sleep(0.6)
         process.send_signal(number)
-        out, err = process.communicate(timeout=20)
+        _, err = process.communicate(timeout=20)
     finally:
         if process.poll() is None:
             process.kill()
@@ -247,7 +274,7 @@ def test_the_process_ends_with_a_readable_bag(tmp_path: Path, rig: Rig, number: 
         assert process.returncode == 0, err
     report = inspect_bag(folder)
     assert report.closed
-    assert [t for t in report.topics if t.topic == "/numbers"][0].count == 1500
+    assert next(t for t in report.topics if t.topic == "/numbers").count == 1500
 
 
 def test_the_process_says_what_is_wrong(tmp_path: Path) -> None:
@@ -258,6 +285,29 @@ def test_the_process_says_what_is_wrong(tmp_path: Path) -> None:
     assert process.returncode == 1
     assert "exists already" in err
     assert "Traceback" not in err
+
+
+def test_a_full_disk_ends_the_process_with_a_readable_bag(tmp_path: Path, rig: Rig) -> None:
+    publisher = rig.node.create_publisher(ByteMultiArray, "/noise", 1000)
+    process = start_recorder(tmp_path / "run", DOMAIN)
+    rng = random.Random(3)
+    head = b"\x00\x01\x00\x00" + bytes(8) + (8192).to_bytes(4, "little")
+    try:
+        rig.spin_until(lambda: publisher.get_subscription_count() == 1, timeout=20.0)
+        resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (700_000, 700_000))
+        for _ in range(300):
+            publisher.publish(head + rng.randbytes(8192))
+            time.sleep(0.008)
+        _, err = process.communicate(timeout=20)
+    finally:
+        if process.poll() is None:
+            process.kill()
+            process.communicate()
+    assert process.returncode == 1
+    assert "could not be written" in err
+    assert "Traceback" not in err
+    report = inspect_bag(tmp_path / "run")
+    assert 0 < next(t for t in report.topics if t.topic == "/noise").count < 300
 
 
 def test_five_thousand_messages_a_second_without_loss(tmp_path: Path) -> None:

@@ -102,8 +102,8 @@ def test_a_track_is_played_now(rig: Rig, track_file: Path) -> None:
     before = time.time_ns()
     rig.spin_until(lambda: node.finished)
     rig.spin(0.2)
-    np.testing.assert_allclose(keypoints(arms), POINTS + [1, 0, 0])
-    np.testing.assert_allclose(keypoints(true), POINTS + [1, 0, 0])
+    np.testing.assert_allclose(keypoints(arms), POINTS + np.array([1, 0, 0]))
+    np.testing.assert_allclose(keypoints(true), POINTS + np.array([1, 0, 0]))
     stamps = np.array([to_ns(message.header.stamp) for message in arms])
     np.testing.assert_allclose(np.diff(stamps), 10_000_000, atol=1)
     assert before < stamps[0] < before + 3 * NS
@@ -140,7 +140,7 @@ def test_lock_step_ticks_decide_what_is_said(rig: Rig, track_file: Path) -> None
         Parameter(name, value=value)
         for name, value in {"file": str(track_file), "start_delay": 0.1, "hold": False}.items()
     ]
-    node = ReplayerNode(context=rig.context, lockstep=True, parameter_overrides=overrides)
+    node = ReplayerNode(context=rig.context, lockstep_ns=NS, parameter_overrides=overrides)
     rig.replayers.append(node)
     for step in range(200):
         node.tick(NS + step * 4_000_000)

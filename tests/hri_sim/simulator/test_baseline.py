@@ -55,7 +55,7 @@ def test_clearance_is_that_of_the_executed_motion():
 
 def test_motions_must_follow_each_other():
     t, q = np.array([0.0, 1.0]), np.stack((LEFT, LEFT))
-    with pytest.raises(DataError, match="before the last one ends at 1.000 s"):
+    with pytest.raises(DataError, match=r"before the last one ends at 1.000 s"):
         run_motion(SCENARIO, [JointMotion(0.0, t, q), JointMotion(0.5, t, q)], {})
     with pytest.raises(DataError, match="no motion"):
         run_motion(SCENARIO, [], {})

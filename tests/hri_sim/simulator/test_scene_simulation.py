@@ -38,9 +38,7 @@ def min_jerk(start, end, stamp_ns, duration=1.5, count=43):
     v = (30 * x**2 - 60 * x**3 + 30 * x**4) / duration
     a = (60 * x - 180 * x**2 + 120 * x**3) / duration**2
     move = end - start
-    return JointTrajectory(
-        stamp_ns, ROBOT.joint_names, t, start + s * move, v * move, a * move
-    )
+    return JointTrajectory(stamp_ns, ROBOT.joint_names, t, start + s * move, v * move, a * move)
 
 
 @pytest.fixture(scope="module")
@@ -230,13 +228,14 @@ def test_same_seed_same_bytes():
     assert first != run(4)[0]
     simulation.reset(seed=3)
     assert simulation.time_ns == 0
-    assert simulation.physics_state() == Simulation(
-        scenario(), seed=3, config=SimulatorConfig(start_noise=0.01)
-    ).physics_state()
+    assert (
+        simulation.physics_state()
+        == Simulation(scenario(), seed=3, config=SimulatorConfig(start_noise=0.01)).physics_state()
+    )
 
 
 def test_wrong_arms_and_postures_are_refused(simulation):
-    with pytest.raises(DataError, match="no person 'bob'.*person1, person2"):
+    with pytest.raises(DataError, match=r"no person 'bob'.*person1, person2"):
         simulation.set_arm("bob", ARM)
     with pytest.raises(DataError, match="not finite"):
         simulation.set_arm("person1", ARM * np.nan)

@@ -379,7 +379,7 @@ def test_unusable_scale_is_no_heartbeat(scale):
 
 def test_clock_must_not_go_back_and_config_is_checked():
     run = Run().go(0.1)
-    with pytest.raises(DataError, match="went back by 0.050"):
+    with pytest.raises(DataError, match=r"went back by 0.050"):
         run.controller.step(50_000_000)
     with pytest.raises(ConfigError, match="ramp_down"):
         ControllerConfig(ramp_down=0.0)

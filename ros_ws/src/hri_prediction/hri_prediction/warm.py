@@ -8,6 +8,7 @@ from hri_prediction.prediction.bank import HypothesisBank, bank_prior
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.library import DIMS, TaskModel
 from hri_prediction.promp.basis import PhaseBasis
+from hri_prediction.promp.filtering import WeightFilter
 from hri_prediction.promp.model import ProMP
 from hri_prediction.tracks.segmentation import regression_speed
 
@@ -22,6 +23,7 @@ def warm_kernels() -> None:
     basis = PhaseBasis(3)
     size = DIMS * basis.count
     promp = ProMP(basis, np.zeros(size), np.eye(size), np.eye(DIMS))
+    WeightFilter(promp).observe(0.1, np.zeros(DIMS))
     config = PredictorConfig(durations=1, weights_per_dim=3)
     bank = HypothesisBank(
         bank_prior((TaskModel("warm", "any", promp, 1.0, 0.1, 1, 0.0),), config), config

@@ -431,8 +431,12 @@ class PtompNode(HriNode):
         left = 0.0 if plan is None else max(plan.end_s - handover_s, 0.0)
         return round(left / self._config.default_duration * self._planner_config.num_timesteps)
 
-    def _progress(self, time_ns: int) -> tuple[JointPlan, float, float] | None:
-        """Published plan that the controller follows, its plan time at ``time_ns``, and its rate."""
+    def _progress(self, time_ns: int, arrival_ns: int) -> tuple[JointPlan, float, float] | None:
+        """Published plan that the controller follows, its plan time at a hand-over, and its rate.
+
+        Until a trajectory sent now arrives, the old one advances at the present rate; from then to the
+        hand-over both advance alike, so the old one advances by what is left on the new one's clock.
+        """
         reference = self._inputs.reference
         if reference is None or reference.state == ControllerState.IDLE:
             return None
@@ -440,18 +444,25 @@ class PtompNode(HriNode):
         plan = next((p for due, p in self._published if abs(due - stamp_ns) < 1000), None)
         if plan is None:
             return None
-        ahead = (time_ns - to_ns(reference.header.stamp)) / NANO
         rate = float(reference.speed_scale)
-        return plan, plan.start_s + reference.time_in_trajectory + rate * ahead, rate
+        ahead = rate * (arrival_ns - to_ns(reference.header.stamp)) + (time_ns - arrival_ns)
+        return plan, plan.start_s + reference.time_in_trajectory + ahead / NANO, rate
+
+    def _arrival_ns(self, handover_ns: int) -> int:
+        """When the plan for a hand-over reaches the controller: at once in lock-step."""
+        if self.lockstep:
+            return self.now_ns()
+        compute_ns = self._config.compute_share * self._interval_ns
+        return handover_ns - self._interval_ns + round(compute_ns) + seconds_to_ns(TICK_S)
 
     def _state_at(self, time_ns: int) -> tuple[FloatArray, FloatArray, FloatArray] | None:
         """State on the path that the controller will have at ``time_ns``; none when it is idle."""
-        progress = self._progress(time_ns)
+        progress = self._progress(time_ns, self._arrival_ns(time_ns))
         return None if progress is None else progress[0].sample(progress[1])
 
     def _follow_reference(self, handover_ns: int) -> None:
         """When speed scaling has held the robot back, plan on from where it really will be."""
-        progress = self._progress(handover_ns)
+        progress = self._progress(handover_ns, self._arrival_ns(handover_ns))
         if progress is None:
             return
         plan, plan_time, rate = progress

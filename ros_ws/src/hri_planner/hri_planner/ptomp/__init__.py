@@ -4,7 +4,8 @@ from hri_planner.ptomp.config import PtompConfig, load_default_config
 from hri_planner.ptomp.costs import TableBox
 from hri_planner.ptomp.forecast import HumanForecast
 from hri_planner.ptomp.plan import JointPlan
-from hri_planner.ptomp.planner import PtompPlanner, ReplanResult
+from hri_planner.ptomp.planner import PtompPlanner
+from hri_planner.ptomp.result import ReplanResult
 
 __all__ = [
     "HumanForecast",

@@ -24,7 +24,10 @@ class PtompConfig:
         30, "Noisy trajectories an iteration (NT); more search wider but cost time", low=5, high=200
     )
     iterations: int = parameter(
-        40, "Optimisation steps of a replan unless a deadline or a caller says less", low=0, high=5000
+        40,
+        "Optimisation steps of a replan unless a deadline or caller says less",
+        low=0,
+        high=5000,
     )
     exponentiated_cost_sensitivity: float = parameter(
         10.0, "Sharpness of the weights of roll-outs by total cost", low=0.1, high=100.0
@@ -56,9 +59,7 @@ class PtompConfig:
     kappa: float = parameter(
         0.5, "Standard deviations of the prediction added to the margin", low=0.0, high=5.0
     )
-    contact_weight: float = parameter(
-        20.0, "Weight of clearance below contact_margin", low=0.0
-    )
+    contact_weight: float = parameter(20.0, "Weight of clearance below contact_margin", low=0.0)
     contact_margin: float = parameter(
         0.02, "Clearance below which the contact cost begins", unit="m", low=0.0, high=0.2
     )

@@ -70,6 +70,8 @@ class CostModel:
             kernel.P_CONTROL: config.control_weight,
         }.items():
             self._parameters[position] = value
+        self._terms = np.empty((0, kernel.TERM_COUNT))
+        self._nearest = np.empty(0)
         self.columns = 0
         self.step = 0.0
         self.arguments: tuple[FloatArray, ...] = ()
@@ -109,12 +111,18 @@ class CostModel:
         )
 
     def evaluate(self, trajectories: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Total (n,), terms (n, TERM_COUNT) and smallest predicted clearance (n,) [m]."""
+        """Costs of trajectories (n, 7, P), P at least the number of columns.
+
+        Returns:
+            Total (n,), terms (n, TERM_COUNT) and smallest predicted clearance (n,) [m]; the last
+            two are views that the next call overwrites.
+        """
         count = len(trajectories)
-        terms, nearest = np.empty((count, kernel.TERM_COUNT)), np.empty(count)
-        kernel.many_costs(
-            trajectories, self.columns, self.step, *self.arguments, terms, nearest
-        )
+        if count > len(self._terms):
+            self._terms = np.empty((count, kernel.TERM_COUNT))
+            self._nearest = np.empty(count)
+        terms, nearest = self._terms[:count], self._nearest[:count]
+        kernel.many_costs(trajectories, self.columns, self.step, *self.arguments, terms, nearest)
         return terms.sum(axis=1), terms, nearest
 
     def clearance_profile(self, trajectory: FloatArray) -> FloatArray:

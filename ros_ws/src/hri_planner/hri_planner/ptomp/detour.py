@@ -36,7 +36,7 @@ def detour_motions(
     motion: Motion,
     grid: Grid,
     robot: RobotModel,
-    shifts: Sequence[Sequence[float]] = _SHIFTS,
+    shifts: Sequence[Sequence[float]] | FloatArray = _SHIFTS,
     kind: str = "detour",
 ) -> list[Motion]:
     """The motion with its tool path bent early, late or all along.

@@ -75,7 +75,7 @@ def pack_forecasts(
         times_s: Times of the columns (P,) [s].
 
     Returns:
-        Capsules (arms, 3, 9, ROW), see the kernel, and their radii (arms, 3) [m].
+        Capsules (3 arms, 9 * ROW), see the kernel, and their radii (3 arms,) [m].
     """
     sampled = [forecast.sample(times_s) for forecast in forecasts]
     arms = sum(len(points) for points, _ in sampled)
@@ -94,4 +94,4 @@ def pack_forecasts(
         here[:, :, 8] = (spread[:, :, 1:] - spread[:, :, :3]).transpose(0, 2, 1)
         radii[arm : arm + count] = forecast.radii
         arm += count
-    return capsules, radii
+    return capsules.reshape(3 * arms, 9 * ROW), radii.reshape(-1)

@@ -21,7 +21,7 @@ FloatArray = NDArray[np.float64]
 ROW = 160
 """Row length of the workspace, so the largest number of columns P of a trajectory."""
 
-WORKSPACE_ROWS = 26
+WORKSPACE_ROWS = 27
 FIRST_FREE = 3
 """First column that a planner may change."""
 
@@ -39,11 +39,14 @@ TERMS = (
 )
 TERM_COUNT = len(TERMS)
 
-# Rows of the workspace: elbow 0-2, wrist 3-5, tool 6-8, then per column collision, contact and
-# smallest distance, then sines and cosines.
-_ELBOW, _WRIST, _TOOL = 0, 3, 6
-_COLLISION, _CONTACT, _NEAREST = 9, 10, 11
-_SIN, _COS = 12, 18
+# Rows of the workspace: shoulder 0-2, elbow 3-5, wrist 6-8, tool 9-11; then per column collision,
+# contact and smallest distance; then sines and cosines.
+_SHOULDER, _ELBOW, _WRIST, _TOOL = 0, 3, 6, 9
+_OUT = 12
+_COLLISION, _CONTACT, _NEAREST = 0, 1, 2
+_SIN, _COS = 15, 21
+_HUMAN_ROWS = 9
+_LANES = 16  # columns are padded to this multiple, so that no scalar rest of a loop remains
 
 # Positions in the parameter vector; costs.py fills it.
 P_MARGIN, P_KAPPA, P_COLLISION, P_CONTACT_MARGIN, P_CONTACT = 0, 1, 2, 3, 4
@@ -109,6 +112,9 @@ def _points(q: FloatArray, columns: int, lengths: FloatArray, work: FloatArray) 
         z0, z1, z2 = s4 * u0 + c4 * z0, s4 * u1 + c4 * z1, s4 * u2 + c4 * z2
         w0, w1, w2 = e0 + lower * z0, e1 + lower * z1, e2 + lower * z2
         u0, u1, u2 = c5 * x0 + s5 * y0, c5 * x1 + s5 * y1, c5 * x2 + s5 * y2
+        work[_SHOULDER * ROW + i] = 0.0
+        work[(_SHOULDER + 1) * ROW + i] = 0.0
+        work[(_SHOULDER + 2) * ROW + i] = base
         work[_ELBOW * ROW + i] = e0
         work[(_ELBOW + 1) * ROW + i] = e1
         work[(_ELBOW + 2) * ROW + i] = e2
@@ -122,49 +128,42 @@ def _points(q: FloatArray, columns: int, lengths: FloatArray, work: FloatArray) 
 
 @njit(fastmath=_FAST)
 def _pair(
-    columns: int,
-    first: int,
-    last: int,
-    start_height: float,
+    padded: int,
     squared_length: float,
     radii: float,
     human: FloatArray,
     par: FloatArray,
-    work: FloatArray,
+    points: FloatArray,
+    out: FloatArray,
 ) -> None:
     """Add one robot-human capsule pair to the collision rows.
 
+    Inputs and outputs are different flat arrays with constant row lengths: only then can the
+    compiler see, with a few checks at run time, that they do not overlap.
+
     Args:
-        columns: Number of columns.
-        first: Workspace row of the robot capsule's start, -1 for the fixed shoulder.
-        last: Workspace row of its end.
-        start_height: Height of the shoulder [m].
-        squared_length: Squared length of the robot capsule's axis [m^2].
+        padded: Number of columns, rounded up.
+        squared_length: Squared length of its axis [m^2].
         radii: Sum of both radii [m].
-        human: (9, ROW): start, axis vector, inverse squared length, sigma at start and its rise.
+        human: (9 * ROW,): start, axis vector, inverse squared length, sigma at start and its rise.
         par: Parameter vector.
-        work: Workspace.
+        points: Start and end of the robot's capsule (6 * ROW,) [m].
+        out: Collision, contact and smallest distance (3 * ROW,).
     """
     margin, kappa, contact = par[P_MARGIN], par[P_KAPPA], par[P_CONTACT_MARGIN]
     inverse_length = 1.0 / squared_length
-    fixed = first < 0
-    moving = 0.0 if fixed else 1.0
-    lift = start_height if fixed else 0.0
-    row = 0 if fixed else first
-    for i in range(2, columns):
-        p0 = moving * work[row * ROW + i]
-        p1 = moving * work[(row + 1) * ROW + i]
-        p2 = moving * work[(row + 2) * ROW + i] + lift
-        u0 = work[last * ROW + i] - p0
-        u1 = work[(last + 1) * ROW + i] - p1
-        u2 = work[(last + 2) * ROW + i] - p2
-        v0, v1, v2 = human[3, i], human[4, i], human[5, i]
-        r0, r1, r2 = p0 - human[0, i], p1 - human[1, i], p2 - human[2, i]
+    for i in range(padded):
+        p0, p1, p2 = points[i], points[ROW + i], points[2 * ROW + i]
+        u0 = points[3 * ROW + i] - p0
+        u1 = points[4 * ROW + i] - p1
+        u2 = points[5 * ROW + i] - p2
+        v0, v1, v2 = human[3 * ROW + i], human[4 * ROW + i], human[5 * ROW + i]
+        r0, r1, r2 = p0 - human[i], p1 - human[ROW + i], p2 - human[2 * ROW + i]
         b = u0 * v0 + u1 * v1 + u2 * v2
         c = u0 * r0 + u1 * r1 + u2 * r2
         f = v0 * r0 + v1 * r1 + v2 * r2
         e = v0 * v0 + v1 * v1 + v2 * v2
-        inverse = human[6, i]
+        inverse = human[6 * ROW + i]
         s = (b * f - c * e) / (squared_length * e - b * b + 1e-14)
         s = s if s > 0.0 else 0.0
         s = s if s < 1.0 else 1.0
@@ -176,14 +175,14 @@ def _pair(
         s = s if s < 1.0 else 1.0
         g0, g1, g2 = r0 + s * u0 - t * v0, r1 + s * u1 - t * v1, r2 + s * u2 - t * v2
         d = np.sqrt(g0 * g0 + g1 * g1 + g2 * g2) - radii
-        x = (margin + kappa * (human[7, i] + t * human[8, i]) - d) * _HINGE
+        x = (margin + kappa * (human[7 * ROW + i] + t * human[8 * ROW + i]) - d) * _HINGE
         x = x if x > 0.0 else 0.0
-        work[_COLLISION * ROW + i] += x * x
+        out[_COLLISION * ROW + i] += x * x
         y = (contact - d) * _CONTACT_HINGE
         y = y if y > 0.0 else 0.0
-        work[_CONTACT * ROW + i] += y * y
-        near = work[_NEAREST * ROW + i]
-        work[_NEAREST * ROW + i] = near if near < d else d
+        out[_CONTACT * ROW + i] += y * y
+        near = out[_NEAREST * ROW + i]
+        out[_NEAREST * ROW + i] = near if near < d else d
 
 
 @njit(fastmath=_FAST)
@@ -201,25 +200,26 @@ def _joint_costs(
     share, scale = par[P_SPEED_SHARE], par[P_LIMIT_SCALE]
     inverse = 1.0 / step
     limits, speed, acceleration, control = 0.0, 0.0, 0.0, 0.0
+    largest = par[P_ACCELERATION_LIMIT]
+    steep = 10.0 / largest
     for joint in range(7):
         row = q[joint]
-        full = 1.0 / velocity[joint]
-        for i in range(2, columns - 1):
-            x = (abs(row[i + 1] - row[i]) * inverse * full - share) * 20.0
-            x = x if x > 0.0 else 0.0
-            speed += x * x
-        largest = par[P_ACCELERATION_LIMIT]
-        for i in range(1, columns - 1):
-            a = (row[i + 1] - 2.0 * row[i] + row[i - 1]) * inverse * inverse
-            control += a * a
-            x = (abs(a) - largest) * (10.0 / largest)
-            x = x if x > 0.0 else 0.0
-            acceleration += x * x
+        full = inverse / velocity[joint]
         # The exponential is cut to zero beyond ten scales from a limit (there below 5e-5 of K1).
         low, high = lower[joint] + 10.0 * scale, upper[joint] - 10.0 * scale
         inside = 0.0
-        for i in range(FIRST_FREE, columns):
-            x, y = low - row[i], row[i] - high
+        for i in range(1, columns - 1):
+            rise, fall = row[i + 1] - row[i], row[i] - row[i - 1]
+            a = (rise - fall) * inverse * inverse
+            control += a * a
+            x = (abs(a) - largest) * steep
+            x = x if x > 0.0 else 0.0
+            acceleration += x * x
+            # The step before the hand-over is the same for all trajectories and within limits.
+            x = (abs(rise) * full - share) * 20.0
+            x = x if x > 0.0 else 0.0
+            speed += x * x
+            x, y = low - row[i + 1], row[i + 1] - high
             inside += (x if x > 0.0 else 0.0) + (y if y > 0.0 else 0.0)
         if inside > 0.0:
             for i in range(FIRST_FREE, columns):
@@ -275,7 +275,7 @@ def _motion_costs(
         # Elbow and wrist end the wider capsules; the hand's own radius holds at the tool.
         radius = radii[1] if point < 2 else radii[2]
         lowest = par[P_TABLE_HEIGHT] + radius
-        offset = (3 * point + 2) * ROW
+        offset = (_ELBOW + 3 * point + 2) * ROW
         for i in range(FIRST_FREE, columns):
             x = (lowest - work[offset + i]) * _TABLE_HINGE
             x = x if x > 0.0 else 0.0
@@ -289,6 +289,39 @@ def _motion_costs(
     terms[3] = par[P_JERK] * step * jerk
     terms[7] = par[P_TABLE] * step * table
     terms[8] = par[P_GOAL] * step * goal
+
+
+@njit(fastmath=_FAST)
+def capsule_distance_rows(
+    q: FloatArray,
+    columns: int,
+    lengths: FloatArray,
+    radii: FloatArray,
+    humans: FloatArray,
+    human_radii: FloatArray,
+    par: FloatArray,
+    work: FloatArray,
+) -> None:
+    """Forward kinematics and all capsule pairs of every column into the workspace.
+
+    Arguments as :func:`trajectory_cost`.
+    """
+    padded = (columns + _LANES - 1) // _LANES * _LANES
+    # What lies beyond the columns is finite and never summed up.
+    _points(q, padded if q.shape[1] >= padded else columns, lengths, work)
+    out = work[_OUT * ROW : (_OUT + 3) * ROW]
+    for i in range(padded):
+        out[_COLLISION * ROW + i] = 0.0
+        out[_CONTACT * ROW + i] = 0.0
+        out[_NEAREST * ROW + i] = _FAR
+    for limb in range(humans.shape[0]):
+        human = humans[limb]
+        reach = human_radii[limb]
+        for part in range(3):
+            length = lengths[part + 1] * lengths[part + 1]
+            # A slice, not an offset: indices must be seen to be positive, or nothing is vectorised.
+            points = work[3 * part * ROW : (3 * part + 6) * ROW]
+            _pair(padded, length, radii[part] + reach, human, par, points, out)
 
 
 @njit(fastmath=_FAST)
@@ -320,8 +353,8 @@ def trajectory_cost(
         lower: Joint limits (7,) [rad].
         upper: Joint limits (7,) [rad].
         velocity: Speed limits (7,) [rad/s].
-        humans: Capsules over time (arms, 3, 9, ROW), see :func:`_pair`.
-        human_radii: (arms, 3) [m].
+        humans: Capsules over time (limbs, 9 * ROW), see :func:`_pair`.
+        human_radii: (limbs,) [m].
         par: Parameter vector.
         work: Workspace (WORKSPACE_ROWS * ROW,).
         terms: Result (TERM_COUNT,): the weighted cost terms.
@@ -329,27 +362,14 @@ def trajectory_cost(
     Returns:
         Smallest predicted clearance over the columns from the hand-over on [m].
     """
-    _points(q, columns, lengths, work)
-    for i in range(columns):
-        work[_COLLISION * ROW + i] = 0.0
-        work[_CONTACT * ROW + i] = 0.0
-        work[_NEAREST * ROW + i] = _FAR
-    for arm in range(humans.shape[0]):
-        for limb in range(3):
-            human = humans[arm, limb]
-            reach = human_radii[arm, limb]
-            length = lengths[1] * lengths[1]
-            _pair(columns, -1, 0, lengths[0], length, radii[0] + reach, human, par, work)
-            length = lengths[2] * lengths[2]
-            _pair(columns, 0, 3, 0.0, length, radii[1] + reach, human, par, work)
-            length = lengths[3] * lengths[3]
-            _pair(columns, 3, 6, 0.0, length, radii[2] + reach, human, par, work)
+    capsule_distance_rows(q, columns, lengths, radii, humans, human_radii, par, work)
+    out = work[_OUT * ROW : (_OUT + 3) * ROW]
     collision, contact, nearest = 0.0, 0.0, _FAR
     for i in range(FIRST_FREE, columns):
-        collision += work[_COLLISION * ROW + i]
-        contact += work[_CONTACT * ROW + i]
+        collision += out[_COLLISION * ROW + i]
+        contact += out[_CONTACT * ROW + i]
     for i in range(2, columns):
-        near = work[_NEAREST * ROW + i]
+        near = out[_NEAREST * ROW + i]
         nearest = near if near < nearest else nearest
     terms[0] = par[P_COLLISION] * step * collision
     terms[1] = par[P_CONTACT] * step * contact
@@ -360,7 +380,7 @@ def trajectory_cost(
 
 def clearance_row(work: FloatArray) -> FloatArray:
     """Clearance by column of the trajectory that was evaluated last, a view of the workspace."""
-    return work[_NEAREST * ROW : (_NEAREST + 1) * ROW]
+    return work[(_OUT + _NEAREST) * ROW : (_OUT + _NEAREST + 1) * ROW]
 
 
 @njit
@@ -381,7 +401,7 @@ def many_costs(
     terms: FloatArray,
     nearest: FloatArray,
 ) -> None:
-    """:func:`trajectory_cost` of trajectories (n, 7, P) into terms (n, TERM_COUNT), nearest (n,)."""
+    """Fill terms (n, TERM_COUNT) and nearest (n,) by :func:`trajectory_cost` of (n, 7, P)."""
     for index in range(trajectories.shape[0]):
         nearest[index] = trajectory_cost(
             trajectories[index], columns, step, lengths, masses, radii, lower, upper, velocity,

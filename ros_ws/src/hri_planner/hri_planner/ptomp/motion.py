@@ -34,12 +34,12 @@ class Grid:
     @property
     def offsets(self) -> FloatArray:
         """Times of the knots after the hand-over (knots,) [s]."""
-        return self.step * np.arange(self.knots)
+        return np.asarray(self.step * np.arange(self.knots), dtype=np.float64)
 
     @property
     def columns_s(self) -> FloatArray:
         """Plan-clock times of the kernel's columns: two of the past, then the knots [s]."""
-        return self.start_s + self.step * np.arange(-2, self.knots)
+        return np.asarray(self.start_s + self.step * np.arange(-2, self.knots), dtype=np.float64)
 
 
 @dataclass(frozen=True)
@@ -47,8 +47,8 @@ class Motion:
     """A motion from the hand-over to rest.
 
     Attributes:
-        kind: Where it comes from: plan, posture, direct, slow, pause, detour, around, excursion, stop
-            or retreat.
+        kind: Where it comes from: plan, posture, direct, slow, pause, detour, around, excursion,
+            stop or retreat.
         q: Angles at the knots (knots, 7) [rad]; qd and qdd are their derivatives.
         qd: [rad/s].
         qdd: [rad/s^2].
@@ -99,7 +99,7 @@ def from_plan(plan: JointPlan, grid: Grid, arrives: bool, kind: str = "plan") ->
         if arrival > 0:
             qd[arrival:] = 0.0
             qdd[arrival:] = 0.0
-    if arrives is False or arrival:
+    if not arrives or arrival:
         qd[-1] = 0.0
         qdd[-1] = 0.0
     return Motion(kind, q, qd, qdd, arrival)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from hri_planner.ptomp.config import PtompConfig
 from hri_planner.ptomp.costs import CostModel
-from hri_planner.ptomp.kernel import FIRST_FREE, ROW, TERM_COUNT, many_costs
+from hri_planner.ptomp.kernel import FIRST_FREE, ROW
 from hri_planner.ptomp.smoothing import back_substitute, smoothing_factors
 from hri_prediction.compiled import njit
 
@@ -27,6 +27,7 @@ _JOINTS = 6  # the seventh moves no capsule, so noise on it could only cost
 _MIN_WINDOW = 6
 _EASE = (0.4, 0.75, 0.95)
 _SD_RANGE = (0.01, 0.8)
+_PROGRESS = 1e-4  # share of the cost that counts as success
 _PATIENCE = 12  # iterations without success after which more are a waste
 
 
@@ -104,67 +105,49 @@ def _add(target: FloatArray, source: FloatArray, weight: float, columns: int) ->
 
 
 @njit
-def iterate(
+def explore(
     incumbent: FloatArray,
-    cost: float,
     columns: int,
     free_until: int,
     free_end: bool,
     sd: float,
+    rollouts: FloatArray,
+    normals: FloatArray,
+    place: int,
+    band: FloatArray,
+    scale: FloatArray,
+) -> None:
+    """Fill the roll-outs (NT, 7, ROW) with the incumbent (7, ROW) plus noise."""
+    for index in range(rollouts.shape[0]):
+        rollout = rollouts[index]
+        _copy(incumbent, rollout, columns)
+        place += _disturb(
+            rollout, columns, free_until, free_end, index % 2 == 0, sd, normals, place, band, scale
+        )
+        _ease(rollout, incumbent, FIRST_FREE, 1)
+        if not free_end:
+            _ease(rollout, incumbent, free_until - 1, -1)
+
+
+@njit
+def average(
+    incumbent: FloatArray,
+    columns: int,
+    free_until: int,
     sensitivity: float,
     rollouts: FloatArray,
     costs: FloatArray,
     elites: FloatArray,
     elite_costs: FloatArray,
     mean: FloatArray,
-    normals: FloatArray,
-    place: int,
-    band: FloatArray,
-    scale: FloatArray,
-    step: float,
-    lengths: FloatArray,
-    masses: FloatArray,
-    radii: FloatArray,
-    lower: FloatArray,
-    upper: FloatArray,
-    velocity: FloatArray,
-    humans: FloatArray,
-    human_radii: FloatArray,
-    par: FloatArray,
-    work: FloatArray,
-    terms: FloatArray,
-    nearest: FloatArray,
-) -> float:
-    """One iteration; the incumbent (7, P) is replaced in place if something is better.
+) -> None:
+    """Weighted average of roll-outs and elites into mean (1, 7, ROW), then renew the elites.
 
-    ``rollouts`` is (NT, 7, P), ``elites`` (n, 7, P) with costs (n,), infinite where still empty.
-
-    Returns:
-        The incumbent's cost.
+    ``elites`` is (n, 7, ROW) with costs (n,), infinite where still empty. Columns from
+    ``free_until`` on are those of the incumbent.
     """
-    count = rollouts.shape[0]
-    kept = elites.shape[0]
-    for index in range(count):
-        rollout = rollouts[index]
-        _copy(incumbent, rollout, columns)
-        place += _disturb(
-            rollout, columns, free_until, free_end, index % 2 == 0, sd, normals, place, band,
-            scale,
-        )  # fmt: skip
-        _ease(rollout, incumbent, FIRST_FREE, 1)
-        if not free_end:
-            _ease(rollout, incumbent, free_until - 1, -1)
-    many_costs(
-        rollouts, columns, step, lengths, masses, radii, lower, upper, velocity, humans,
-        human_radii, par, work, terms, nearest,
-    )  # fmt: skip
-    for index in range(count):
-        total = 0.0
-        for term in range(TERM_COUNT):
-            total += terms[index, term]
-        costs[index] = total
-    best, worst = np.argmin(costs), np.max(costs)
-    lowest = costs[best]
+    count, kept = rollouts.shape[0], elites.shape[0]
+    lowest, worst = costs.min(), costs.max()
     for index in range(kept):
         lowest = min(lowest, elite_costs[index])
     width = max(worst - lowest, 1e-12)
@@ -182,18 +165,11 @@ def iterate(
             total += weight
             _add(mean[0], elites[index], weight, columns)
     for joint in range(7):
-        for i in range(FIRST_FREE, columns):
-            mean[0, joint, i] /= total
-        for i in range(FIRST_FREE):
-            mean[0, joint, i] = incumbent[joint, i]
-        for i in range(columns if free_end else free_until, columns):
-            mean[0, joint, i] = incumbent[joint, i]
-    many_costs(
-        mean, columns, step, lengths, masses, radii, lower, upper, velocity, humans,
-        human_radii, par, work, terms, nearest,
-    )  # fmt: skip
-    mean_cost = terms[0].sum()
-    # The elites: replace the worst one while a roll-out is better.
+        for i in range(columns):
+            if FIRST_FREE <= i < free_until:
+                mean[0, joint, i] /= total
+            else:
+                mean[0, joint, i] = incumbent[joint, i]
     for index in range(count):
         if kept == 0:
             break
@@ -201,13 +177,6 @@ def iterate(
         if costs[index] < elite_costs[slot]:
             elite_costs[slot] = costs[index]
             _copy(rollouts[index], elites[slot], columns)
-    if mean_cost < cost and mean_cost <= costs[best]:
-        _copy(mean[0], incumbent, columns)
-        return mean_cost
-    if costs[best] < cost:
-        _copy(rollouts[best], incumbent, columns)
-        return float(costs[best])
-    return cost
 
 
 @dataclass
@@ -240,12 +209,9 @@ class Optimizer:
         self._normals = rng.standard_normal(_POOL + need)
         self._band, self._scale = smoothing_factors()
         self._rollouts = np.zeros((config.num_rollouts, 7, ROW))
-        self._costs = np.zeros(config.num_rollouts)
         self._elites = np.zeros((config.num_elites, 7, ROW))
         self._elite_costs = np.zeros(config.num_elites)
         self._mean = np.zeros((1, 7, ROW))
-        self._terms = np.zeros((config.num_rollouts, TERM_COUNT))
-        self._nearest = np.zeros(config.num_rollouts)
 
     def run(
         self,
@@ -271,27 +237,38 @@ class Optimizer:
             iterations: Largest number of iterations.
             deadline: Polled before each iteration; true stops.
         """
-        best = trajectory.copy()
         config = self._config
+        columns = model.columns
+        best = np.zeros((7, ROW))
+        best[:, :columns] = trajectory
         self._elite_costs[:] = np.inf
         done, failures = 0, 0
         if free_until - FIRST_FREE < _MIN_WINDOW:
-            return Optimised(best, cost, 0)
+            return Optimised(trajectory.copy(), cost, 0)
+        averaged = columns if free_end else free_until
         while done < iterations and failures < _PATIENCE:
             if deadline is not None and deadline():
                 break
             place = int(self._rng.integers(_POOL))
-            after = iterate(
-                best, cost, model.columns, free_until, free_end, sd,
-                config.exponentiated_cost_sensitivity, self._rollouts, self._costs, self._elites,
-                self._elite_costs, self._mean, self._normals, place, self._band, self._scale,
-                model.step, *model.arguments, self._terms,
-                self._nearest,
+            explore(
+                best, columns, free_until, free_end, sd, self._rollouts, self._normals, place,
+                self._band, self._scale,
             )  # fmt: skip
-            success = after < cost - 1e-4 * abs(cost)
+            costs = model.evaluate(self._rollouts)[0]
+            average(
+                best, columns, averaged, config.exponentiated_cost_sensitivity, self._rollouts,
+                costs, self._elites, self._elite_costs, self._mean,
+            )  # fmt: skip
+            after = float(model.evaluate(self._mean)[0][0])
+            winner, lowest = self._mean[0], int(np.argmin(costs))
+            if costs[lowest] < after:
+                winner, after = self._rollouts[lowest], float(costs[lowest])
+            success = after < cost - _PROGRESS * abs(cost)
+            if after < cost:
+                best[:] = winner
+                cost = after
             failures = 0 if success else failures + 1
             factor = config.noise_growth if success else config.noise_decay
             sd = min(max(sd * factor, _SD_RANGE[0]), _SD_RANGE[1])
-            cost = after
             done += 1
-        return Optimised(best, cost, done)
+        return Optimised(np.ascontiguousarray(best[:, :columns]), cost, done)

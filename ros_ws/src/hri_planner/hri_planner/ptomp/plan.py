@@ -33,7 +33,9 @@ class JointPlan:
         count = len(self.time_s)
         shapes = {np.shape(values) for values in (self.q, self.qd, self.qdd)}
         if count < 1 or shapes != {(count, 7)}:
-            raise PlanningError(f"plan of shapes {shapes}", expected=f"({count}, 7) each, not empty")
+            raise PlanningError(
+                f"plan of shapes {shapes}", expected=f"({count}, 7) each, not empty"
+            )
         if np.any(np.diff(self.time_s) <= 0.0):
             raise PlanningError("plan times do not increase")
 

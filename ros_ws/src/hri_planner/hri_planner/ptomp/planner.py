@@ -3,28 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hri_planner.ptomp.around import WayAround
 from hri_planner.ptomp.config import PtompConfig
 from hri_planner.ptomp.costs import CostModel, TableBox
-from hri_planner.ptomp.detour import detour_motions, retreat_motions
 from hri_planner.ptomp.forecast import HumanForecast
-from hri_planner.ptomp.kernel import FIRST_FREE, ROW, TERMS
+from hri_planner.ptomp.kernel import ROW, TERMS
 from hri_planner.ptomp.motion import Grid, Motion, from_plan
-from hri_planner.ptomp.optimizer import Optimizer
 from hri_planner.ptomp.plan import JointPlan, connect
-from hri_planner.ptomp.posture import posture_motions
-from hri_planner.ptomp.timing import (
-    direct_motions,
-    fastest_duration,
-    slowed_motions,
-    stop_motion,
-)
-from hri_planner.robot.ik import ik_candidates, newton_to_position
+from hri_planner.ptomp.result import ReplanResult
+from hri_planner.ptomp.search import LOOK_S, Candidate, MotionSearch, Task
+from hri_planner.ptomp.timing import fastest_duration, stop_motion
+from hri_planner.robot.ik import ik_candidates
 from hri_planner.robot.model import RobotModel
 from hri_prediction.errors import PlanningError
 
@@ -33,42 +26,7 @@ FloatArray = NDArray[np.float64]
 STAGES = ("idle", "reaching", "waiting", "holding")
 
 _TROUBLE = 0.02  # collision and contact cost from which alternatives are worth looking at
-_LOOK_S = 2.2  # alternatives may arrive so late; with the tail, the longest horizon there is
-_WAIT_COST = 0.3  # cost of not arriving at all, so that creeping about the goal never pays
-_KEEP = 0.95  # an alternative must cost less than this share of the present plan
-_GOAL_TOLERANCE = 1e-7  # m
 _OVERDUE_GRACE_S = 0.3
-_ROUND_SHARE = 4  # first round: each start gets 1/4 of the iterations
-_TRIED = 2  # kinds of motions tried in trouble, besides the way around
-
-
-@dataclass(frozen=True)
-class ReplanResult:
-    """What a replan decided.
-
-    Attributes:
-        plan: Takes effect at the hand-over, starts at the state the old plan has there.
-        stage: reaching, waiting (resting or evading away from the goal) or holding (at the goal).
-        feasible: Whether the forecast's mean is nowhere touched and all limits are kept.
-        reason: Why the robot is late, waits or is infeasible; empty when all is well.
-        iterations: Optimisation steps done.
-        cost_terms: Weighted terms of the plan's cost by name.
-        predicted_clearance_m: Smallest clearance to the forecast's mean; infinite without people.
-        predicted_first_contact_s: First plan-clock time at which the forecast touches the plan.
-        goal_error_m: Distance of the tool from the goal at the end of the plan.
-        time_scale: Asked duration / duration of the plan as it stands, at most 1.
-    """
-
-    plan: JointPlan
-    stage: str
-    feasible: bool
-    reason: str
-    iterations: int
-    cost_terms: dict[str, float]
-    predicted_clearance_m: float
-    predicted_first_contact_s: float | None
-    goal_error_m: float
-    time_scale: float
 
 
 @dataclass(frozen=True)
@@ -80,17 +38,6 @@ class PlannerSnapshot:
     posture: FloatArray
     arrives: bool
     posture_changed_s: float
-
-
-@dataclass
-class _Candidate:
-    motion: Motion
-    cost: float
-
-    @property
-    def rank(self) -> float:
-        """Cost by which motions are chosen."""
-        return self.cost + (_WAIT_COST if self.motion.arrival is None else 0.0)
 
 
 class PtompPlanner:
@@ -115,8 +62,7 @@ class PtompPlanner:
         self.table = table
         self._rng = rng
         self._costs = CostModel(robot, config, table)
-        self._optimizer = Optimizer(config, rng)
-        self._around = WayAround(robot, config.acceleration_limit, rng)
+        self._search = MotionSearch(robot, config, self._costs, rng)
         self.stage = "idle"
         self.plan: JointPlan | None = None
         self._goal = np.zeros(3)
@@ -170,9 +116,7 @@ class PtompPlanner:
         state = (q, qd, np.zeros(7))
         best: tuple[float, FloatArray, float] | None = None
         for posture in candidates:
-            shortest = fastest_duration(
-                self.robot, self.config.acceleration_limit, state, posture
-            )
+            shortest = fastest_duration(self.robot, self.config.acceleration_limit, state, posture)
             seconds = max(shortest, duration_s)
             cost = self._first_cost(state, posture, seconds, time0_s, goal)
             cost += 10.0 * (seconds - duration_s)
@@ -183,7 +127,7 @@ class PtompPlanner:
         self._start_s, self._duration_s = time0_s, best[2]
         self._arrives = True
         self._posture_changed_s = -np.inf
-        self._around.forget()
+        self._search.forget()
         self.stage = "reaching"
         self.plan = self._quintic_plan(state, best[1], best[2], time0_s)
         return self.plan
@@ -211,9 +155,7 @@ class PtompPlanner:
             np.clip(np.array(qd, dtype=float), -limits.velocity, limits.velocity),
             np.zeros(7),
         )
-        shortest = fastest_duration(
-            limits, self.config.acceleration_limit, state, self._posture
-        )
+        shortest = fastest_duration(limits, self.config.acceleration_limit, state, self._posture)
         left = self._start_s + self._duration_s - time_s
         self.plan = self._quintic_plan(state, self._posture, max(shortest, left), time_s)
         self._arrives = True
@@ -284,20 +226,23 @@ class PtompPlanner:
         tail = self.config.hold_horizon if self._arrives else 0.0
         grid = self._grid(handover_s, remaining, max(remaining, 0.2) + tail)
         self._costs.bind(grid.columns_s, self._goal, forecasts, margin)
-        kept = _Candidate(from_plan(present, grid, self._arrives), 0.0)
-        totals, terms, _ = self._costs.evaluate(kept.motion.columns(grid)[None])
-        kept.cost = float(totals[0])
+        motion = from_plan(present, grid, self._arrives)
+        totals, terms, _ = self._costs.evaluate(motion.columns(grid)[None])
         trouble = not self._arrives or float(terms[0, 0] + terms[0, 1]) > _TROUBLE
         if trouble:
-            grid = self._grid(handover_s, remaining, max(_LOOK_S, remaining + tail))
+            grid = self._grid(handover_s, remaining, max(LOOK_S, remaining + tail))
             self._costs.bind(grid.columns_s, self._goal, forecasts, margin)
-            kept = _Candidate(from_plan(present, grid, self._arrives), 0.0)
-            kept.cost = float(self._costs.evaluate(kept.motion.columns(grid)[None])[0][0])
-        starts = self._starts(kept, grid, forecasts, trouble)
-        chosen, done = self._search(starts, grid, budget, trouble, deadline)
+            motion = from_plan(present, grid, self._arrives)
+            totals = self._costs.evaluate(motion.columns(grid)[None])[0]
+        kept = Candidate(motion, float(totals[0]))
+        settled = handover_s - self._posture_changed_s >= self.config.posture_hold
+        task = Task(
+            self._goal, self._posture, self._home, present, settled, trouble, tuple(forecasts)
+        )
+        chosen, done = self._search.run(kept, grid, task, budget, deadline)
         plan = chosen.motion.to_plan(grid)
-        if chosen.motion is not kept.motion and not self._keeps_limits(plan):
-            chosen, plan = kept, kept.motion.to_plan(grid)
+        if chosen.motion is not motion and not self._keeps_limits(plan):
+            chosen, plan = kept, motion.to_plan(grid)
         return self._conclude(chosen.motion, plan, grid, handover_s, done)
 
     def _require_plan(self) -> JointPlan:
@@ -326,121 +271,6 @@ class PtompPlanner:
         past[early] = q0 + (before[early, None] - plan.start_s) * v0
         return Grid(start_s, step, knots, state, past)
 
-    def _starts(
-        self, kept: _Candidate, grid: Grid, forecasts: Sequence[HumanForecast], trouble: bool
-    ) -> list[_Candidate]:
-        """The present plan and, where they beat it clearly, others, cheapest first."""
-        config, robot = self.config, self.robot
-        others: list[Motion] = posture_motions(
-            kept.motion, grid, robot, self._goal, config.posture_candidates, self._rng
-        )
-        if trouble:
-            limit = config.acceleration_limit
-            for posture in self._goal_postures(kept.motion):
-                others += direct_motions(robot, limit, grid, posture)
-            others += detour_motions(kept.motion, grid, robot)
-            others += retreat_motions(grid, robot, limit, forecasts, self._home)
-            if self._arrives and kept.motion.arrival:
-                others += slowed_motions(self._require_plan(), grid)
-            stop = stop_motion(robot, limit, grid)
-            if stop is not None:
-                others.append(stop)
-            if kept.motion.arrival is not None:
-                latest = min(grid.knots - 1, int(_LOOK_S / grid.step))
-                if latest > kept.motion.arrival:
-                    others.append(replace(kept.motion, kind="excursion", arrival=latest))
-        if not others:
-            return [kept]
-        columns = np.stack([motion.columns(grid) for motion in others])
-        totals = self._costs.evaluate(columns)[0]
-        settled = grid.start_s - self._posture_changed_s >= config.posture_hold
-        posture_share = 1.0 - config.posture_gain * (1.0 if settled else 2.0)
-        starts = [kept]
-        for motion, total in zip(others, totals, strict=True):
-            other = _Candidate(motion, float(total))
-            share = posture_share if motion.kind == "posture" else _KEEP
-            if kept.motion.arrival is None and motion.arrival is not None:
-                share = 1.0
-            if other.rank < share * kept.rank or motion.kind == "excursion":
-                starts.append(other)
-        return sorted(starts, key=lambda start: start.rank)
-
-    def _goal_postures(self, kept: Motion) -> list[FloatArray]:
-        """The present final posture and, off the goal, those nearest to where the plan is."""
-        postures = [self._posture]
-        if kept.arrival is None:
-            robot = self.robot
-            for q in (kept.q[0], kept.q[-1]):
-                posture = q.copy()
-                missing = newton_to_position(
-                    posture, self._goal, robot.lengths, robot.lower, robot.upper, _GOAL_TOLERANCE
-                )
-                if missing <= _GOAL_TOLERANCE:
-                    postures.append(posture)
-        return postures
-
-    def _search(
-        self,
-        starts: list[_Candidate],
-        grid: Grid,
-        budget: int,
-        trouble: bool,
-        deadline: Callable[[], bool] | None,
-    ) -> tuple[_Candidate, int]:
-        """Optimise the best start; in trouble, first try the best of several kinds."""
-        if not trouble:
-            self._around.forget()
-            return self._improve(starts[0], grid, budget, deadline)
-        chosen: list[_Candidate] = []
-        for start in starts:
-            if all(start.motion.kind != other.motion.kind for other in chosen):
-                chosen.append(start)
-            if len(chosen) == _TRIED:
-                break
-        way = self._best_way_around(grid, starts[0].motion)
-        if way is not None:
-            chosen.append(way)
-        done = 0
-        for index, start in enumerate(chosen):
-            chosen[index], used = self._improve(start, grid, budget // _ROUND_SHARE, deadline)
-            done += used
-        if way is not None:
-            self._around.remember(chosen[-1].motion, grid)
-        best = min(chosen, key=lambda start: start.rank)
-        best, used = self._improve(best, grid, budget - done, deadline)
-        return best, done + used
-
-    def _best_way_around(self, grid: Grid, present: Motion) -> _Candidate | None:
-        ways = self._around.proposals(grid, self._goal, present.q[-1])
-        if not ways:
-            return None
-        totals = self._costs.evaluate(np.stack([way.columns(grid) for way in ways]))[0]
-        best = int(np.argmin(totals))
-        return _Candidate(ways[best], float(totals[best]))
-
-    def _improve(
-        self, start: _Candidate, grid: Grid, budget: int, deadline: Callable[[], bool] | None
-    ) -> tuple[_Candidate, int]:
-        motion = start.motion
-        columns = motion.columns(grid)
-        free_end = motion.arrival is None
-        free_until = columns.shape[1] if motion.arrival is None else 2 + motion.arrival
-        share = min((free_until - FIRST_FREE) / self.config.num_timesteps, 1.0)
-        result = self._optimizer.run(
-            self._costs,
-            columns,
-            start.cost,
-            free_until=free_until,
-            free_end=free_end,
-            sd=self.config.noise_sd * max(share, 0.0) ** self.config.noise_exponent,
-            iterations=budget,
-            deadline=deadline,
-        )
-        if result.cost >= start.cost:
-            return start, result.iterations
-        moved = motion.moved((result.trajectory - columns)[:, 2:].T, grid.step)
-        return _Candidate(moved, result.cost), result.iterations
-
     def _keeps_limits(self, plan: JointPlan) -> bool:
         times = np.linspace(plan.start_s, plan.end_s, 2 * len(plan.time_s))
         q, qd, _ = plan.sample(times)
@@ -465,7 +295,7 @@ class PtompPlanner:
         nominal = self._start_s + self._duration_s
         late = plan.end_s - nominal if arrives and not at_goal else 0.0
         reason = ""
-        if clearance < 0.0:
+        if contact_s is not None:
             reason = f"the forecast touches the plan in {contact_s - handover_s:.2f} s"
         elif not arrives:
             reason = "no safe way to the goal now: waiting clear of the person"
@@ -508,6 +338,7 @@ class PtompPlanner:
         q = connect(state, posture, duration_s, times)[0]
         past = state[0] - times[[2, 1], None] * state[1]
         spacing = duration_s / steps
-        self._costs.bind(time0_s + spacing * np.arange(-2, steps + 1), goal, [], 0.0)
+        grid_s = np.asarray(time0_s + spacing * np.arange(-2, steps + 1), dtype=np.float64)
+        self._costs.bind(grid_s, goal, [], 0.0)
         columns = np.ascontiguousarray(np.concatenate((past, q)).T)
         return float(self._costs.evaluate(columns[None])[0][0])

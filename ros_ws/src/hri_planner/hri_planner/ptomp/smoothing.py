@@ -2,8 +2,9 @@
 
 With A the second difference of a sequence that is zero before its start and after its end, the
 noise has covariance R^-1, R = A'A (STOMP, Kalakrishnan et al. 2011). R is pentadiagonal, so a draw
-is one banded back-substitution of standard normals. As A reaches beyond both ends, R is the Toeplitz
-matrix (1, -4, 6, -4, 1) for every length, and the factors of all lengths are nested in one.
+is one banded back-substitution of standard normals. As A reaches beyond both ends, R is the
+Toeplitz matrix (1, -4, 6, -4, 1) for every length, and the factors of all lengths are nested
+in one.
 """
 
 from __future__ import annotations

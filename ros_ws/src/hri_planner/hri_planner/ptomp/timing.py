@@ -91,15 +91,15 @@ def slowed_motions(plan: JointPlan, grid: Grid) -> list[Motion]:
         up, rise = _smoothstep((t - _ADAPT_S - pause) / _ADAPT_S)
         profiles.append(("pause", 1.0 - down + up, (rise - fall) / _ADAPT_S))
     motions = []
-    for kind, rate, change in profiles:
-        steps = 0.5 * (rate[1:] + rate[:-1]) * (t[1] - t[0])
+    for kind, speed, slope in profiles:
+        steps = 0.5 * (speed[1:] + speed[:-1]) * (t[1] - t[0])
         along = grid.start_s + np.concatenate(([0.0], np.cumsum(steps)))[::8]
         if along[-1] < plan.end_s:
             continue
         q, qd, qdd = plan.sample(along)
-        rate, change = rate[::8, None], change[::8, None]
-        qdd = qdd * rate**2 + qd * change
-        qd = qd * rate
+        rates, change = speed[::8, None], slope[::8, None]
+        qdd = qdd * rates**2 + qd * change
+        qd = qd * rates
         q[0], qd[0], qdd[0] = grid.state
         arrival = max(int(np.searchsorted(along, plan.end_s - 1e-9)), 1)
         q[arrival:] = plan.q[-1]

@@ -163,9 +163,7 @@ def ik_candidates(
         raise _unreachable(target, beyond)
     solutions = _starts(robot, seed, rng, count)
     distances = np.empty(count)
-    _newton_all(
-        solutions, target, robot.lengths, robot.lower, robot.upper, tolerance, distances
-    )
+    _newton_all(solutions, target, robot.lengths, robot.lower, robot.upper, tolerance, distances)
     reached = solutions[distances <= tolerance]
     if not len(reached):
         raise _unreachable(target, float(distances.min()))

@@ -1,8 +1,8 @@
 """Forward kinematics of the LWR4+ in closed form, compiled.
 
 The arm has a spherical shoulder, an elbow and a spherical wrist, so four points describe all its
-capsules: shoulder, elbow, wrist and tool. Joint axes in turn: z, -y, z, y, z, -y, z, all parallel to
-the base frame at the zero posture, in which the arm stands straight up.
+capsules: shoulder, elbow, wrist and tool. Joint axes in turn: z, -y, z, y, z, -y, z, all parallel
+to the base frame at the zero posture, in which the arm stands straight up.
 
 ``lengths`` everywhere is (4,): height of the shoulder above the base, shoulder to elbow, elbow to
 wrist, wrist to tool [m].

@@ -111,7 +111,8 @@ def capsule_radii(urdf_text: str) -> FloatArray:
         radius = found.pop()
         if found or radius is None:
             raise DataError(
-                f"URDF capsule {part} is incomplete", expected="a cylinder and two spheres of one radius"
+                f"URDF capsule {part} is incomplete",
+                expected="a cylinder and two spheres of one radius",
             )
         radii.append(radius)
     return np.array(radii)

@@ -13,15 +13,13 @@ from hri_prediction.errors import DataError
 from hri_prediction.tracks.track import ArmSample, ArmTrack
 
 ARM_TYPE = "hri_msgs/msg/HumanArm"
-TRACKED = re.compile(r"^.*/?humans/bodies/(?P<body>[^/]+)/arm$")
+TRACKED = re.compile(r"^(?:.*/)?humans/bodies/(?P<body>[^/]+)/arm$")
 """Topic of a tracked arm."""
-TRUE = re.compile(r"^.*/?sim/bodies/(?P<body>[^/]+)/arm$")
+TRUE = re.compile(r"^(?:.*/)?sim/bodies/(?P<body>[^/]+)/arm$")
 """Topic of the noise-free arm of a simulated person."""
 
 
-def arm_samples(
-    bag: BagReader, pattern: re.Pattern[str] = TRACKED
-) -> dict[str, list[ArmSample]]:
+def arm_samples(bag: BagReader, pattern: re.Pattern[str] = TRACKED) -> dict[str, list[ArmSample]]:
     """Samples of every arm in a bag, in the order of receipt.
 
     Args:

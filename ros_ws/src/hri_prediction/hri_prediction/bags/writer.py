@@ -66,9 +66,7 @@ class BagWriter:
         self.lost_messages = 0
         self._make_folder()
         self._check_space()
-        self._file = McapFile(
-            self.folder / f"{self.folder.name}_0.mcap", chunk_bytes=chunk_bytes
-        )
+        self._file = McapFile(self.folder / f"{self.folder.name}_0.mcap", chunk_bytes=chunk_bytes)
         write_metadata(self.folder, self._metadata())
 
     def _make_folder(self) -> None:

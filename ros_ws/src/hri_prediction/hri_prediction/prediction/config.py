@@ -127,7 +127,7 @@ class PredictorConfig:
         0.5, "samples kept for the back-dated start of a reach", unit="s", low=0.05, high=5.0
     )
     on_speed: float = parameter(
-        0.12, "wrist speed above which a reach has begun", unit="m/s", low=0.001
+        0.08, "wrist speed above which a reach has begun", unit="m/s", low=0.001
     )
     onset_speed: float = parameter(
         0.04, "wrist speed at which onset and end are placed", unit="m/s", low=0.0005

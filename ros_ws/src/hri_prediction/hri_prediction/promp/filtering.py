@@ -139,7 +139,8 @@ class WeightFilter:
         observed = np.asarray(value, dtype=float)
         if observed.shape != (self._prior.dims,):
             raise DataError(f"value {observed.shape}", expected=f"shape ({self._prior.dims},)")
-        covariance = np.asarray(self._prior.noise if noise is None else noise, dtype=float)
+        # A copy: read-only arrays would make the compiler build a second version.
+        covariance = np.array(self._prior.noise if noise is None else noise, dtype=float)
         basis_row(float(phase), self._centres, self._variance, self._row)
         log_density = float(
             kalman_step(

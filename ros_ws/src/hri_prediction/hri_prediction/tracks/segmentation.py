@@ -40,7 +40,7 @@ class SegmentationConfig:
         low=0.02,
         high=1.0,
     )
-    on_speed: float = parameter(0.12, "speed above which a reach has begun", unit="m/s", low=0.001)
+    on_speed: float = parameter(0.08, "speed above which a reach has begun", unit="m/s", low=0.001)
     onset_speed: float = parameter(
         0.04, "speed at which onset and end are placed; below on_speed", unit="m/s", low=0.0005
     )
@@ -300,8 +300,11 @@ def find_reaches(
             events.append(Event("end", last - 0.5 * settings.window))
     onset: float | None = None
     for event in events:
-        if onset is not None and event.kind != "lost":
-            if event.time_s - onset >= settings.min_duration:
-                reaches.append(Reach(onset, event.time_s))
+        if (
+            onset is not None
+            and event.kind != "lost"
+            and event.time_s - onset >= settings.min_duration
+        ):
+            reaches.append(Reach(onset, event.time_s))
         onset = event.time_s if event.kind == "onset" else None
     return reaches

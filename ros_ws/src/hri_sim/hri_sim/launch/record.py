@@ -36,8 +36,9 @@ class Series:
         misses: Deadline misses of the motion so far, at these times.
         mocap_to_prediction_ms: Newest sample used → prediction sent.
         mocap_to_trajectory_ms: Newest sample used → trajectory sent.
+        rates_hz: Mean rate of each topic between its first and its last message.
         counts: Messages by topic.
-        duration_s: First to last message.
+        duration_s: First to last message of the bag.
     """
 
     origin_ns: int
@@ -49,12 +50,9 @@ class Series:
     misses: NDArray[np.int64]
     mocap_to_prediction_ms: FloatArray
     mocap_to_trajectory_ms: FloatArray
+    rates_hz: dict[str, float]
     counts: dict[str, int]
     duration_s: float
-
-    def rate_hz(self, topic: str) -> float:
-        """Mean rate of a topic over the run [Hz]."""
-        return self.counts.get(topic, 0) / self.duration_s if self.duration_s else 0.0
 
 
 def _decode(reader: BagReader, topics: set[str]) -> dict[str, list[tuple[int, Any]]]:
@@ -63,6 +61,19 @@ def _decode(reader: BagReader, topics: set[str]) -> dict[str, list[tuple[int, An
     for message in reader.messages(topics):
         found[message.topic].append((message.publish_time_ns, message.decode()))
     return found
+
+
+def _rates(reader: BagReader) -> dict[str, float]:
+    """Mean rate of each topic from the times of sending [Hz]; 0 for fewer than two messages."""
+    spans: dict[str, list[int]] = {}
+    for message in reader.messages():
+        span = spans.setdefault(message.topic, [message.publish_time_ns, 0, 0])
+        span[1] = message.publish_time_ns
+        span[2] += 1
+    return {
+        topic: (count - 1) * NANO / (last - first) if last > first else 0.0
+        for topic, (first, last, count) in spans.items()
+    }
 
 
 def read_run(
@@ -140,6 +151,7 @@ def read_run(
         misses=np.array([m.deadline_misses for m in status], dtype=np.int64),
         mocap_to_prediction_ms=np.array(to_prediction),
         mocap_to_trajectory_ms=np.array(to_trajectory),
+        rates_hz=_rates(reader),
         counts={name: info.message_count for name, info in reader.topics.items()},
         duration_s=metadata.duration_ns / NANO,
     )

@@ -105,9 +105,9 @@ def summarise(
     outcome = bad[0] if bad else ("reached" if len(reaches) == wanted else "incomplete")
     rates = {"mocap": 0.0, "prediction": 0.0}
     for body in series.record.scenario.persons:
-        rates["mocap"] = max(rates["mocap"], series.rate_hz(f"/humans/bodies/{body.id}/arm"))
+        rates["mocap"] = max(rates["mocap"], series.rates_hz.get(f"/humans/bodies/{body.id}/arm", 0.0))
         rates["prediction"] = max(
-            rates["prediction"], series.rate_hz(f"/humans/bodies/{body.id}/prediction")
+            rates["prediction"], series.rates_hz.get(f"/humans/bodies/{body.id}/prediction", 0.0)
         )
     return {
         "outcome": outcome,
@@ -152,13 +152,13 @@ def print_table(console: Console, summary: dict[str, Any]) -> None:
     table.add_column("reach")
     table.add_column("outcome")
     for name in (
-        "goal error\n[mm]",
-        "least clearance\n[cm]",
-        "… without replanning\n[cm]",
-        "time\n[s]",
+        "error\nmm",
+        "clear\ncm",
+        "baseline\nclear cm",
+        "time\ns",
         "replans",
-        "deadline\nmisses",
-        "hand-over jump\n[mrad]",
+        "misses",
+        "jump\nmrad",
     ):
         table.add_column(name, justify="right")
     for number, reach in enumerate(summary["reaches"], 1):
@@ -176,6 +176,11 @@ def print_table(console: Console, summary: dict[str, Any]) -> None:
             f"{reach['max_handover_jump_rad'] * 1e3:.3f}",
         )
     console.print(table)
+    console.print(
+        "clear: smallest true distance robot-person; baseline: the same without replanning; "
+        "misses: plans dropped as late; jump: of the reference at hand-overs",
+        highlight=False,
+    )
     for number, reach in enumerate(summary["reaches"], 1):
         if reach["outcome"] != "reached":
             console.print(f"reach {number}: {reach['reason']}", highlight=False)

@@ -72,6 +72,7 @@ class PersonNode(HriNode):
         self._ids = self.announce(IdsList, "humans/bodies/tracked", LATCHED)
         self.listen(Cue, "sim/cue", self._on_cue, reliable(10))
         self.create_service(Reset, "~/reset", self._on_reset)
+        self._begun = False
         self._restart()
         self._say_ids()
 
@@ -131,6 +132,9 @@ class PersonNode(HriNode):
 
     def on_tick(self, now_ns: int) -> None:
         """Say the truth, capture it, and deliver what the tracking latency has let through."""
+        if not self._begun:
+            self._begun = True
+            self._restart()
         if now_ns < self._last_ns - NANO:
             self.fault("clock", "the clock went back: the people start again")
             self._restart()

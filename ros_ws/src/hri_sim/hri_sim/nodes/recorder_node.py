@@ -14,6 +14,7 @@ from types import FrameType
 from typing import Any
 
 import rclpy
+from rclpy.clock import Clock, ClockType
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
@@ -111,7 +112,7 @@ class RecorderNode(HriNode):
     """
 
     def __init__(self, **kwargs: Any) -> None:
-        super().__init__("recorder", period_s=PERIOD_S, **kwargs)
+        super().__init__("recorder", period_s=0.0, **kwargs)
         self._config = declare_config(self, RecorderNodeConfig)
         writing = declare_config(self, RecorderConfig)
         if not self._config.output:
@@ -134,6 +135,9 @@ class RecorderNode(HriNode):
         self._last_state: tuple[float, RecorderState] | None = None
         self.get_logger().info(f"recording to {self.core.folder}")
         self._look()
+        # On its own clock: with use_sim_time, /clock itself must be found before it moves.
+        self.period_s = PERIOD_S
+        self.create_timer(PERIOD_S, self.tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     # ------------------------------------------------------------------ graph
     def on_tick(self, now_ns: int) -> None:

@@ -25,9 +25,11 @@ from hri_prediction.ros.qos import LATCHED, SENSOR, reliable
 from hri_prediction.ros.time import seconds_to_ns, to_ns, to_time
 from hri_sim.nodes.arms import ArmTimeline
 from hri_sim.scenario.schema import Scenario, load_scenario
+from hri_sim.scenario.shipped import load_shipped
 from hri_sim.simulator.controller import IDLE, STOPPING, TRACKING
 from hri_sim.simulator.simulation import STEP_NS, Simulation, SimulatorConfig
 from hri_sim.simulator.trajectory import JointTrajectory
+from hri_sim.warm import warm_simulation
 
 PERIOD_S = 0.004
 """Period of /joint_states [s]."""
@@ -64,13 +66,8 @@ class SimulatorNodeConfig:
 
 
 def read_scenario(path: str) -> Scenario:
-    """The scenario at ``path``; the one that ships when empty."""
-    from importlib.resources import as_file, files
-
-    if path:
-        return load_scenario(path)
-    with as_file(files("hri_sim") / "scenarios" / "table_reach.yaml") as shipped:
-        return load_scenario(shipped)
+    """The scenario at ``path``; the table scene that ships when empty."""
+    return load_scenario(path) if path else load_shipped("table_reach")
 
 
 class SimulatorNode(HriNode):
@@ -92,6 +89,7 @@ class SimulatorNode(HriNode):
         self._slips = 0
         self._rejected = 0
         self._wall_base_s = time.monotonic()
+        warm_simulation()
         self._load(read_scenario(config.scenario), self.now_ns())
 
         self._joint_states = self.announce(JointState, "joint_states", SENSOR)
@@ -100,7 +98,7 @@ class SimulatorNode(HriNode):
             ControllerState, "joint_trajectory_controller/reference", SENSOR
         )
         self._description = self.announce(String, "robot_description", LATCHED)
-        self._clock = (
+        self._clock_topic = (
             self.announce(Clock, "/clock", SENSOR) if config.publish_clock else None
         )
         self.listen(
@@ -115,6 +113,7 @@ class SimulatorNode(HriNode):
         self.create_service(Reset, "~/reset", self._on_reset)
         self._description.publish(String(data=self._simulation.robot.urdf_text))
         self._even = False
+        self._begun = False
 
     # ------------------------------------------------------------------ set-up
     def _load(self, scenario: Scenario, now_ns: int) -> None:
@@ -196,6 +195,10 @@ class SimulatorNode(HriNode):
         """Bring the simulation to ``now_ns`` and publish once for every period passed."""
         start = time.perf_counter()
         period = seconds_to_ns(PERIOD_S)
+        if not self._begun:
+            # Start-up takes its time; simulated time begins with the first tick.
+            self._begun = True
+            self._rebase(now_ns - period)
         due = (now_ns - self._base_ns - self._simulation.time_ns) // period
         if due < 0 or due > MAX_CATCH_UP:
             self._slips += 1
@@ -215,8 +218,8 @@ class SimulatorNode(HriNode):
     def _publish(self, stamp_ns: int) -> None:
         simulation = self._simulation
         stamp = to_time(stamp_ns)
-        if self._clock is not None:
-            self._clock.publish(Clock(clock=stamp))
+        if self._clock_topic is not None:
+            self._clock_topic.publish(Clock(clock=stamp))
         self._joint_states.publish(
             JointState(
                 header=Header(stamp=stamp),

@@ -152,8 +152,10 @@ def benchmark_recorder(
             "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
         }
         recorder = subprocess.Popen(
-            [sys.executable, "-m", "hri_sim.nodes.recorder_node", "--ros-args"]
-            + ["-p", f"output:={bag}", "-p", "min_free_megabytes:=1"],
+            [
+                *(sys.executable, "-m", "hri_sim.nodes.recorder_node", "--ros-args"),
+                *("-p", f"output:={bag}", "-p", "min_free_megabytes:=1"),
+            ],
             env=env,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections import deque
 from dataclasses import dataclass
 from pathlib import Path
@@ -255,13 +254,3 @@ class RecorderCore:
             self._error = str(error)
         else:
             self._error = ""
-
-
-def wait_for(core: RecorderCore, written: int, timeout_s: float = 5.0) -> bool:
-    """Wait until the operating system has at least ``written`` messages; False on a timeout."""
-    end = time.monotonic() + timeout_s
-    while core.state.written < written:
-        if time.monotonic() > end:
-            return False
-        time.sleep(0.01)
-    return True

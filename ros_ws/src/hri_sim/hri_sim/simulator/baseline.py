@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,7 +90,7 @@ def run_motion(
     """
     if not motions:
         raise DataError("no motion to run", expected="at least one")
-    for earlier, later in zip(motions, motions[1:], strict=False):
+    for earlier, later in pairwise(motions):
         if later.start_s < earlier.end_s:
             raise DataError(
                 f"a motion starts at {later.start_s:.3f} s, before the last one ends at "

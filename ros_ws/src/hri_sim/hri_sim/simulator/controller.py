@@ -299,7 +299,8 @@ class TrajectoryController:
             self.handover_jump_position = self.handover_jump_velocity = 0.0
             return
         rate = float(self._clock[1])
-        old = self._path.at(float(self._clock[0]) + rate * ahead)
+        # Until then both paths advance at the same rate, so by equal amounts of path time.
+        old = self._path.at(float(self._clock[0]) + ahead)
         new = path.at(new_time)
         jump = np.abs(old[:2] - new[:2]).max(axis=1)
         self.handover_jump_position = max(self.handover_jump_position, float(jump[0]))

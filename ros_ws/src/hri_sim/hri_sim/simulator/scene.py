@@ -8,7 +8,7 @@ and robot-table may touch.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import mujoco
 import numpy as np
@@ -51,7 +51,7 @@ class SceneConfig:
     damping: float = 0.5
     armature: float = 0.1
     contacts: bool = True
-    radii: ArmRadii = ArmRadii()
+    radii: ArmRadii = field(default_factory=ArmRadii)
     width: int = 1920
     height: int = 1080
 

@@ -17,6 +17,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.signals import install_signal_handlers, uninstall_signal_handlers
 
 from hri_prediction.bags.schemas import message_class
 from hri_prediction.errors import GraphError, HriError
@@ -180,7 +181,7 @@ def main(argv: list[str] | None = None) -> int:
     options = _parser().parse_args(argv)
     context = rclpy.Context()
     rclpy.init(context=context, args=[])
-    rclpy.signals.install_signal_handlers()
+    install_signal_handlers()
     node = rclpy.create_node("echo_topic", context=context, enable_rosout=False)
     try:
         _echo(options, node)
@@ -192,6 +193,7 @@ def main(argv: list[str] | None = None) -> int:
     finally:
         node.destroy_node()
         rclpy.try_shutdown(context=context)
+        uninstall_signal_handlers()
     return 0
 
 

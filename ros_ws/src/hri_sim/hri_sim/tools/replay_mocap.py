@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import argparse
 import sys
+import time
 
 import rclpy
 from rclpy.executors import ExternalShutdownException
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.parameter import Parameter
+from rclpy.signals import install_signal_handlers, uninstall_signal_handlers
 from rich.console import Console
 
 from hri_prediction.errors import HriError
 from hri_sim.nodes.replayer_node import ReplayerNode
+
+_LINGER_S = 0.1
+"""Time in which the last messages leave the process [s]."""
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -64,7 +69,7 @@ def main(argv: list[str] | None = None) -> int:
     options = _parser().parse_args(argv)
     context = rclpy.Context()
     rclpy.init(context=context, args=[])
-    rclpy.signals.install_signal_handlers()
+    install_signal_handlers()
     node: ReplayerNode | None = None
     executor = None
     try:
@@ -90,11 +95,13 @@ def main(argv: list[str] | None = None) -> int:
     finally:
         if node is not None:
             node.close()
+            time.sleep(_LINGER_S)
         if executor is not None:
             executor.shutdown()
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown(context=context)
+        uninstall_signal_handlers()
     return 0
 
 
