@@ -34,11 +34,12 @@ def environment():
     return env
 
 
-def main(module, setup=()):
-    """Run ``module.main()`` in the project's environment and exit with its code.
+def main(module, function="main", setup=()):
+    """Run ``module.function()`` in the project's environment and exit with its code.
 
     Args:
-        module: Dotted name of a module with ``main() -> int``.
+        module: Dotted name of a module.
+        function: Function of it that returns an exit code.
         setup: Further arguments of scripts/setup.
     """
     if Path(sys.prefix).resolve() != VENV.resolve() or not os.environ.get("HRI_PROJECT_ROOT"):
@@ -50,7 +51,7 @@ def main(module, setup=()):
     import importlib
 
     try:
-        sys.exit(importlib.import_module(module).main())
+        sys.exit(getattr(importlib.import_module(module), function)())
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         sys.exit(130)

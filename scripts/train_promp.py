@@ -3,4 +3,4 @@
 
 import _project
 
-_project.main("hri_prediction.prediction.cli")
+_project.main("hri_prediction.prediction.cli", "train_main")

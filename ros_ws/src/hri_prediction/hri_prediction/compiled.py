@@ -33,17 +33,18 @@ def source_hash() -> str:
     return digest.hexdigest()[:16]
 
 
-def cache_root() -> Path:
-    """Folder that holds one numba cache a source state; ``HRI_CACHE_DIR`` overrides it."""
-    base = os.environ.get("HRI_CACHE_DIR")
-    if base:
-        return Path(base)
-    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "hri_stack"
+def cache_folder() -> Path:
+    """Cache folder of the present sources; a ``NUMBA_CACHE_DIR`` that is set becomes its parent."""
+    name = f"hri-{source_hash()}"
+    given = os.environ.get("NUMBA_CACHE_DIR")
+    if given:
+        # Children inherit the variable from us: then it names the folder already.
+        parent = Path(given)
+        return (parent.parent if parent.name.startswith("hri-") else parent) / name
+    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "hri_stack" / name
 
 
-if "NUMBA_CACHE_DIR" not in os.environ:
-    # Children inherit the variable: they run the same sources.
-    os.environ["NUMBA_CACHE_DIR"] = str(cache_root() / f"numba-{source_hash()}")
+os.environ["NUMBA_CACHE_DIR"] = str(cache_folder())
 
 import numba  # noqa: E402  (must follow the choice of the cache folder)
 

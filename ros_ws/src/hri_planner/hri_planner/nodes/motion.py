@@ -21,7 +21,7 @@ class Motion:
 
     Attributes:
         handle: rclpy's goal handle.
-        done: Completed with (outcome, reason) when the motion ends.
+        done: Completed with the result when the motion ends.
         target: Tool position (3,) [m].
         duration_s: Wanted duration [s].
         accepted_ns: ROS time of acceptance [ns].
@@ -42,13 +42,12 @@ class Motion:
     lost_since_ns: int | None = None
     costs: dict[str, float] = field(default_factory=dict)
 
-    def end(self, outcome: int, reason: str) -> None:
-        """Let the action's coroutine send the result."""
+    def end(self, outcome: int, reason: str, now_ns: int, goal_error: float) -> None:
+        """Fix the result; the action's coroutine sends it. Only the first call counts."""
         if not self.done.done():
-            self.done.set_result((outcome, reason))
+            self.done.set_result(self._result(outcome, reason, now_ns, goal_error))
 
-    def result(self, outcome: int, reason: str, now_ns: int, goal_error: float) -> Any:
-        """The action's result message."""
+    def _result(self, outcome: int, reason: str, now_ns: int, goal_error: float) -> Any:
         return ReachTarget.Result(
             outcome=outcome,
             reason=reason,

@@ -55,6 +55,8 @@ FloatArray = NDArray[np.float64]
 TICK_S = 0.004
 HEARTBEAT_NS = 20_000_000
 FEEDBACK_NS = 100_000_000
+CLOCK_STEP_NS = 100_000_000
+"""A clock that goes back by more than this starts the node anew; less is a clock being set [ns]."""
 _STAGE_NAMES = {
     PlannerStatus.IDLE: "idle",
     PlannerStatus.MOVING: "moving",
@@ -112,11 +114,13 @@ class PtompNode(HriNode):
         self._budget = VirtualTimeBudget(config.slowdown)
         self._worker: Worker[_Cycle] = Worker("ptomp optimiser", inline=self.lockstep)
         self._motion: Motion | None = None
+        self._accepted: dict[bytes, Motion] = {}
         self._holding = False
         self._motions = 0
         self._origin_ns = 0
         self._next_cycle_ns = 0
         self._last_plan_ns = 0
+        self._last_tick_ns = 0
         self._published: deque[tuple[int, JointPlan]] = deque(maxlen=8)
         self._last: _Cycle | None = None
         self._stage = PlannerStatus.IDLE
@@ -149,6 +153,7 @@ class PtompNode(HriNode):
             "ptomp/reach_target",
             execute_callback=self._execute,
             goal_callback=lambda _: GoalResponse.ACCEPT,
+            handle_accepted_callback=self._on_goal,
             cancel_callback=self._on_cancel,
         )
 
@@ -208,34 +213,45 @@ class PtompNode(HriNode):
             raise PlanningError(f"goal duration {goal.duration}", expected="0 or more seconds")
         return target
 
-    async def _execute(self, handle: Any) -> ReachTarget.Result:
-        """One goal from acceptance to result; everything in between happens on ticks."""
+    def _on_goal(self, handle: Any) -> None:
+        """Make an accepted goal the present motion; a malformed one ends at once."""
         goal = handle.request
-        now = self.now_ns()
-        done = Future()
         self._motions += 1
-        motion = Motion(handle, done, np.zeros(3), 0.0, now, self._motions)
+        motion = Motion(handle, Future(), np.zeros(3), 0.0, self.now_ns(), self._motions)
         try:
             motion.target = self._target_of(goal)
             motion.duration_s = goal.duration or self._config.default_duration
         except PlanningError as error:
-            motion.end(ReachTarget.Result.REJECTED, str(error))
+            self._end(motion, ReachTarget.Result.REJECTED, str(error))
         else:
             if self._motion is not None:
-                self._motion.end(ReachTarget.Result.PREEMPTED, "a newer goal took over")
+                self._end(self._motion, ReachTarget.Result.PREEMPTED, "a newer goal took over")
             self._motion = motion
-        outcome, reason = await done
-        if self._motion is motion:
-            self._motion = None
-        if outcome == ReachTarget.Result.REACHED:
+        self._accepted[bytes(handle.goal_id.uuid)] = motion
+        handle.execute()
+
+    async def _execute(self, handle: Any) -> ReachTarget.Result:
+        """Send the result once there is one; everything before that happens on ticks."""
+        motion = self._accepted.pop(bytes(handle.goal_id.uuid))
+        result: ReachTarget.Result = await motion.done
+        if result.outcome == ReachTarget.Result.REACHED:
             handle.succeed()
-        elif outcome == ReachTarget.Result.CANCELLED and handle.is_cancel_requested:
+        elif result.outcome == ReachTarget.Result.CANCELLED and handle.is_cancel_requested:
             handle.canceled()
         else:
             handle.abort()
-        error_m = self._goal_distance(motion)
-        self.get_logger().info(f"motion {motion.number}: {reason}")
-        return motion.result(outcome, reason, self.now_ns(), error_m)
+        self.get_logger().info(f"motion {motion.number}: {result.reason}")
+        return result
+
+    def _end(self, motion: Motion, outcome: int, reason: str) -> None:
+        """End a motion within this tick, whenever the coroutine gets to sending its result."""
+        now_ns = self.now_ns()
+        motion.end(outcome, reason, now_ns, self._goal_distance(motion))
+        if self._motion is motion:
+            self._motion = None
+            self._stage = PlannerStatus.HOLDING if self._holding else PlannerStatus.IDLE
+            self._reason = reason
+            self._publish_status(now_ns, motion, None)
 
     def _on_cancel(self, handle: Any) -> CancelResponse:
         if self._motion is None or self._motion.handle.goal_id != handle.goal_id:
@@ -249,8 +265,9 @@ class PtompNode(HriNode):
     # ------------------------------------------------------------------ tick
     def on_tick(self, now_ns: int) -> None:
         """Publish finished plans, start the next one, supply the heartbeat, end the motion."""
-        if now_ns < self._last_plan_ns - NANO:
+        if now_ns < self._last_tick_ns - CLOCK_STEP_NS:
             self._clock_went_back(now_ns)
+        self._last_tick_ns = now_ns
         self._collect(now_ns)
         motion = self._motion
         if motion is not None or self._holding:
@@ -271,8 +288,9 @@ class PtompNode(HriNode):
     def _clock_went_back(self, now_ns: int) -> None:
         self.fault("clock", "the clock went back: the present motion is dropped")
         self._halt()
+        self._inputs.forget()
         if self._motion is not None:
-            self._motion.end(ReachTarget.Result.FAILED, "the clock went back")
+            self._end(self._motion, ReachTarget.Result.FAILED, "the clock went back")
         self._next_heartbeat_ns = self._next_feedback_ns = self._next_markers_ns = now_ns
         self._last_plan_ns = self._next_cycle_ns = now_ns
 
@@ -303,7 +321,7 @@ class PtompNode(HriNode):
 
     def _pause(self, now_ns: int, motion: Motion | None, problem: str) -> None:
         """Bring the robot to rest on its path until the inputs are back."""
-        if self._scale != 0.0:
+        if self._scale != 0.0 or self._stage != PlannerStatus.STOPPING:
             self._scale = 0.0
             # At once, not with the next beat: every millisecond of the stop counts.
             self._next_heartbeat_ns = now_ns
@@ -316,7 +334,7 @@ class PtompNode(HriNode):
             motion.lost_since_ns = now_ns
         if (now_ns - motion.lost_since_ns) / NANO > self._config.lost_timeout:
             self._halt()
-            motion.end(ReachTarget.Result.LOST_INPUT, f"stopped: {problem}")
+            self._end(motion, ReachTarget.Result.LOST_INPUT, f"stopped: {problem}")
 
     def _cancel(self, motion: Motion) -> None:
         if self._stage != PlannerStatus.STOPPING or self._reason != "cancelled":
@@ -324,8 +342,7 @@ class PtompNode(HriNode):
             self._stage, self._reason = PlannerStatus.STOPPING, "cancelled"
             self._publish_status(self.now_ns(), motion, None)
         if np.abs(self._inputs.qd).max() < self._config.rest_speed:
-            self._stage = PlannerStatus.IDLE
-            motion.end(ReachTarget.Result.CANCELLED, "cancelled; the robot stands")
+            self._end(motion, ReachTarget.Result.CANCELLED, "cancelled; the robot stands")
 
     def _halt(self) -> None:
         """Stop along the present path: an empty trajectory, as for joint_trajectory_controller."""
@@ -345,12 +362,12 @@ class PtompNode(HriNode):
             and self._planner.finished(plan_time)
         ):
             self._holding = True
-            motion.end(ReachTarget.Result.REACHED, f"reached, {distance * 1e3:.1f} mm off")
+            self._end(motion, ReachTarget.Result.REACHED, f"reached, {distance * 1e3:.1f} mm off")
             return True
         if (now_ns - motion.accepted_ns) / NANO > self._config.max_duration:
             self._halt()
             reason = self._reason or "no way to the goal was found in time"
-            motion.end(ReachTarget.Result.BLOCKED, f"gave up {distance:.2f} m away: {reason}")
+            self._end(motion, ReachTarget.Result.BLOCKED, f"gave up {distance:.2f} m away: {reason}")
             return True
         return False
 
@@ -415,8 +432,7 @@ class PtompNode(HriNode):
         except PlanningError as error:
             if state is not None:
                 self._halt()
-            self._stage = PlannerStatus.IDLE
-            motion.end(ReachTarget.Result.UNREACHABLE, str(error))
+            self._end(motion, ReachTarget.Result.UNREACHABLE, str(error))
             return False
         self._published.clear()
         motion.started = True

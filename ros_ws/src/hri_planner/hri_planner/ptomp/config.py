@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from importlib import resources
 
+import yaml
+
 from hri_prediction.config import from_mapping, parameter, validate
 from hri_prediction.errors import ConfigError
 
@@ -117,6 +119,4 @@ def parameter_file_text() -> str:
 
 def load_default_config() -> PtompConfig:
     """The configuration of the parameter file that ships with the package."""
-    import yaml
-
     return from_mapping(PtompConfig, yaml.safe_load(parameter_file_text()))

@@ -98,7 +98,9 @@ class JointPlan:
         if time_s <= self.start_s:
             return self
         q, qd, qdd = self.sample(time_s)
-        later = self.time_s > time_s + 1e-9
+        # A knot that is nearly here would only make a needlessly short piece.
+        later = self.time_s > time_s + 1e-3
+        later[-1] = self.end_s > time_s + 1e-9
         return JointPlan(
             np.concatenate(([time_s], self.time_s[later])),
             np.concatenate((q[None], self.q[later])),

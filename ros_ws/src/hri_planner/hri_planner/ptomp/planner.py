@@ -27,6 +27,7 @@ STAGES = ("idle", "reaching", "waiting", "holding")
 
 _TROUBLE = 0.02  # collision and contact cost from which alternatives are worth looking at
 _OVERDUE_GRACE_S = 0.3
+_LATE_S = 0.05  # from which delay on a plan counts as late
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,9 @@ class PlannerSnapshot:
 
 class PtompPlanner:
     """Plans one reach at a time and replans it while it runs.
+
+    Costs a few milliseconds a replan on one core. One thread at a time may use a planner, since it
+    works in buffers of its own; the kernels release the interpreter lock.
 
     Args:
         robot: The robot.
@@ -234,16 +238,31 @@ class PtompPlanner:
             self._costs.bind(grid.columns_s, self._goal, forecasts, margin)
             motion = from_plan(present, grid, self._arrives)
             totals = self._costs.evaluate(motion.columns(grid)[None])[0]
-        kept = Candidate(motion, float(totals[0]))
+        kept = Candidate(motion, float(totals[0]), grid.step)
         settled = handover_s - self._posture_changed_s >= self.config.posture_hold
+        late = self._arrives and remaining > 0.0 and present.end_s > self._nominal_end_s + _LATE_S
         task = Task(
-            self._goal, self._posture, self._home, present, settled, trouble, tuple(forecasts)
+            goal=self._goal,
+            posture=self._posture,
+            home=self._home,
+            present=present,
+            settled=settled,
+            trouble=trouble,
+            late=late,
+            forecasts=tuple(forecasts),
         )
         chosen, done = self._search.run(kept, grid, task, budget, deadline)
         plan = chosen.motion.to_plan(grid)
         if chosen.motion is not motion and not self._keeps_limits(plan):
             chosen, plan = kept, motion.to_plan(grid)
+        if chosen.motion is motion and remaining > 0.0:
+            # Unchanged, so keep its own knots: on the grid its end would be late by part of a step.
+            plan = present.remaining(handover_s)
         return self._conclude(chosen.motion, plan, grid, handover_s, done)
+
+    @property
+    def _nominal_end_s(self) -> float:
+        return self._start_s + self._duration_s
 
     def _require_plan(self) -> JointPlan:
         if self.plan is None:
@@ -252,7 +271,7 @@ class PtompPlanner:
 
     def _margin(self, time_s: float) -> float:
         """The margin in force: full while on time, shrinking while overdue."""
-        overdue = time_s - self._start_s - self._duration_s - _OVERDUE_GRACE_S
+        overdue = time_s - self._nominal_end_s - _OVERDUE_GRACE_S
         share = min(max(overdue / self.config.margin_patience, 0.0), 1.0)
         return self.config.margin + share * (self.config.margin_min - self.config.margin)
 
@@ -292,14 +311,13 @@ class PtompPlanner:
         _, terms, nearest = self._costs.evaluate(motion.columns(grid)[None])
         clearance = float(nearest[0])
         contact_s = self._first_contact(motion, grid) if clearance < 0.0 else None
-        nominal = self._start_s + self._duration_s
-        late = plan.end_s - nominal if arrives and not at_goal else 0.0
+        late = plan.end_s - self._nominal_end_s if arrives and not at_goal else 0.0
         reason = ""
         if contact_s is not None:
             reason = f"the forecast touches the plan in {contact_s - handover_s:.2f} s"
         elif not arrives:
             reason = "no safe way to the goal now: waiting clear of the person"
-        elif late > 0.05:
+        elif late > _LATE_S:
             reason = f"slowed for the person: arrival {late:.2f} s late"
         error = float(np.linalg.norm(self.robot.frames(plan.q[-1])[3] - self._goal))
         taken = self._duration_s + max(late, 0.0)

@@ -27,7 +27,8 @@ FloatArray = NDArray[np.float64]
 LOOK_S = 2.2
 """Alternatives may arrive so late; with the tail, the longest horizon there is."""
 
-_WAIT_COST = 0.3  # cost of not arriving at all, so that creeping about the goal never pays
+_LATE_COST = 0.1  # cost of each second until the arrival
+_WAIT_COST = 0.5  # cost of not arriving at all, so that creeping about the goal never pays
 _KEEP = 0.95  # an alternative must cost less than this share of the present plan
 _GOAL_TOLERANCE = 1e-7  # m
 _ROUND_SHARE = 4  # first round: each start gets 1/4 of the iterations
@@ -45,6 +46,7 @@ class Task:
         present: The plan so far.
         settled: Whether the last change of the final posture is some time ago.
         trouble: Whether the present plan meets a person or does not arrive.
+        late: Whether it arrives later than it was asked to.
         forecasts: People.
     """
 
@@ -54,6 +56,7 @@ class Task:
     present: JointPlan
     settled: bool
     trouble: bool
+    late: bool
     forecasts: Sequence[HumanForecast]
 
 
@@ -63,11 +66,13 @@ class Candidate:
 
     motion: Motion
     cost: float
+    step: float
 
     @property
     def rank(self) -> float:
-        """Cost by which motions are chosen."""
-        return self.cost + (_WAIT_COST if self.motion.arrival is None else 0.0)
+        """Cost by which motions are chosen: sooner is better, not to arrive is worst."""
+        arrival = self.motion.arrival
+        return self.cost + (_WAIT_COST if arrival is None else _LATE_COST * arrival * self.step)
 
 
 class MotionSearch:
@@ -124,10 +129,11 @@ class MotionSearch:
         others: list[Motion] = posture_motions(
             kept.motion, grid, robot, task.goal, config.posture_candidates, self._rng
         )
-        if task.trouble:
-            limit = config.acceleration_limit
+        limit = config.acceleration_limit
+        if task.trouble or task.late:
             for posture in self._goal_postures(kept.motion, task):
                 others += direct_motions(robot, limit, grid, posture)
+        if task.trouble:
             others += detour_motions(kept.motion, grid, robot)
             others += retreat_motions(grid, robot, limit, task.forecasts, task.home)
             if kept.motion.arrival:
@@ -136,9 +142,11 @@ class MotionSearch:
             if stop is not None:
                 others.append(stop)
             if kept.motion.arrival is not None:
-                latest = min(grid.knots - 1, int(LOOK_S / grid.step))
-                if latest > kept.motion.arrival:
-                    others.append(replace(kept.motion, kind="excursion", arrival=latest))
+                end = min(grid.knots - 1, int(LOOK_S / grid.step))
+                if end > kept.motion.arrival:
+                    others.append(replace(kept.motion, kind="excursion", arrival=end))
+        latest = max(int(LOOK_S / grid.step), kept.motion.arrival or 0)
+        others = [m for m in others if m.arrival is None or m.arrival <= latest]
         if not others:
             return [kept]
         columns = np.stack([motion.columns(grid) for motion in others])
@@ -146,7 +154,7 @@ class MotionSearch:
         posture_share = 1.0 - config.posture_gain * (1.0 if task.settled else 2.0)
         starts = [kept]
         for motion, total in zip(others, totals, strict=True):
-            other = Candidate(motion, float(total))
+            other = Candidate(motion, float(total), grid.step)
             share = posture_share if motion.kind == "posture" else _KEEP
             if kept.motion.arrival is None and motion.arrival is not None:
                 share = 1.0
@@ -205,7 +213,7 @@ class MotionSearch:
             return None
         totals = self._costs.evaluate(np.stack([way.columns(grid) for way in ways]))[0]
         best = int(np.argmin(totals))
-        return Candidate(ways[best], float(totals[best]))
+        return Candidate(ways[best], float(totals[best]), grid.step)
 
     def _improve(
         self, start: Candidate, grid: Grid, budget: int, deadline: Callable[[], bool] | None
@@ -228,4 +236,4 @@ class MotionSearch:
         if result.cost >= start.cost:
             return start, result.iterations
         moved = motion.moved((result.trajectory - columns)[:, 2:].T, grid.step)
-        return Candidate(moved, result.cost), result.iterations
+        return Candidate(moved, result.cost, grid.step), result.iterations

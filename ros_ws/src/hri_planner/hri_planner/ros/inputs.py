@@ -49,6 +49,8 @@ class Inputs:
         age = (now_ns - self.joints_ns) / NANO
         if age > self.max_joint_age_s:
             return f"/joint_states are {age:.2f} s old"
+        if age < -self.max_joint_age_s:
+            return f"/joint_states are stamped {-age:.2f} s in the future"
         if self.tracked is None:
             return "nothing says who is tracked" if self.require_tracking else ""
         for body_id in self.tracked:
@@ -60,7 +62,15 @@ class Inputs:
             age = (now_ns - to_ns(prediction.header.stamp)) / NANO
             if age > self.max_sample_age_s:
                 return f"the newest sample behind the prediction of {body_id} is {age:.3f} s old"
+            if age < -self.max_sample_age_s:
+                return f"the prediction of {body_id} is stamped {-age:.3f} s in the future"
         return ""
+
+    def forget(self) -> None:
+        """Drop what the robot and the predictor said, because its stamps mean nothing any more."""
+        self.predictions.clear()
+        self.reference = None
+        self.joints_ns = None
 
     @staticmethod
     def check(message: HumanPrediction, radii: FloatArray) -> None:

@@ -106,14 +106,25 @@ def write_results(result: TrainingResult, out: Path, seed: int) -> None:
 
 @app.command()
 def train_promp(
-    files: Annotated[list[Path], typer.Argument(help="Recordings of reaches (NPZ, CSV, QTM TSV).")],
+    files: Annotated[list[Path], typer.Argument(help="Recordings of reaches: track files (NPZ, CSV, QTM TSV) or bags.")],
     out: Annotated[Path, typer.Option(help="Folder for library.npz, results.json, table, plot.")],
     task_from: Annotated[
-        str, typer.Option(help="What names a task: " + ", ".join(TASK_FIELDS) + ".")
+        str, typer.Option(help="What names a task: " + ", ".join(TASK_FIELDS) + ". movement tells the reaches of a "
+            "continuous recording apart by start and end.")
     ] = "task",
     leave_out_subject: Annotated[
         str, typer.Option(help="Subject whose reaches are kept out, to test on.")
     ] = "",
+    leave_out_trial: Annotated[
+        int | None, typer.Option(help="Trial kept out; with a subject, only that subject's.")
+    ] = None,
+    place: Annotated[
+        str,
+        typer.Option(
+            help="How people sit in the world: auto (across the table, facing the robot), none, or "
+            "X,Y,Z,YAW as for launch_ptomp.py."
+        ),
+    ] = "auto",
     min_demonstrations: Annotated[
         int, typer.Option(help="Tasks with fewer reaches are left out.", min=1)
     ] = 1,
@@ -138,7 +149,9 @@ def train_promp(
                 files,
                 settings,
                 group_by=task_from,
+                place=place,
                 leave_out_subject=leave_out_subject,
+                leave_out_trial=leave_out_trial,
                 max_tracks=_SMOKE_TRACKS if smoke else 0,
                 progress=lambda text: progress.update(line, description=text),
             )

@@ -4,20 +4,27 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
+from scipy.cluster.hierarchy import fcluster, linkage
 
 from hri_prediction.errors import DataError
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.library import TaskLibrary, demonstration, learn_task
 from hri_prediction.promp.learning import Demonstration
+from hri_prediction.tracks.files import load_tracks
+from hri_prediction.tracks.placement import Placement
+from hri_prediction.tracks.seating import suggest_placement
 from hri_prediction.tracks.segmentation import find_reaches
 from hri_prediction.tracks.track import ArmTrack
 
-TASK_FIELDS = ("task", "subject", "source")
-"""Fields of a track that a task can be named after."""
+TASK_FIELDS = ("task", "subject", "source", "movement")
+"""What a task can be named after: a field of the track, or ``movement``: like ``task``, but reaches of
+continuous recordings are told apart by where they start and end."""
+MOVEMENT_DISTANCE_M = 0.15
+"""Reaches whose start and end points together lie nearer than this (average linkage) are one task."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +76,57 @@ class _Group:
     subjects: list[str] = field(default_factory=list)
 
 
+def _by_movement(groups: dict[tuple[str, str], _Group]) -> dict[tuple[str, str], _Group]:
+    """Split each group into clusters of reaches that start and end alike, the largest first."""
+    split: dict[tuple[str, str], _Group] = {}
+    for (name, side), group in groups.items():
+        ends = np.array([np.r_[d.values[0, 3:], d.values[-1, 3:]] for d in group.reaches])
+        labels = np.ones(len(ends), dtype=int)
+        if len(ends) > 1:
+            tree = linkage(ends, method="average")
+            labels = fcluster(tree, MOVEMENT_DISTANCE_M, criterion="distance")
+        order = [label for label, _ in Counter(labels.tolist()).most_common()]
+        for number, label in enumerate(order, 1):
+            chosen = np.flatnonzero(labels == label)
+            split[f"{name}_{number}", side] = _Group(
+                [group.reaches[i] for i in chosen],
+                [group.durations[i] for i in chosen],
+                [group.subjects[i] for i in chosen],
+            )
+    return split
+
+
+def seated(track: ArmTrack, place: str) -> ArmTrack:
+    """The track turned as the graph seats people.
+
+    Args:
+        track: A recording.
+        place: ``auto`` (across the table, facing the robot), ``none``, or ``X,Y,Z,YAW``.
+
+    Raises:
+        DataError: when ``auto`` cannot tell where the person faces.
+        ConfigError: when ``place`` is neither of these.
+    """
+    if place == "none":
+        return track
+    placement = suggest_placement(track) if place == "auto" else Placement.parse(place)
+    return track.transformed(placement)
+
+
+def read_tracks(path: str | Path) -> list[ArmTrack]:
+    """Tracks of a track file, or the tracked arms of a bag (folder or .mcap).
+
+    Raises:
+        DataError: when it is neither, or damaged.
+    """
+    from hri_prediction.bags.arms import arm_tracks
+
+    path = Path(path)
+    if path.is_dir() or path.suffix == ".mcap":
+        return [replace(track, task=track.task or path.stem) for track in arm_tracks(path)]
+    return load_tracks(path)
+
+
 def train(
     tracks: Iterable[ArmTrack],
     config: PredictorConfig | None = None,
@@ -106,7 +164,7 @@ def train(
             except DataError as error:
                 skipped.append(f"{where}: {error}")
                 continue
-            name = str(getattr(track, group_by)) or "reach"
+            name = str(getattr(track, "task" if group_by == "movement" else group_by)) or "reach"
             group = groups.setdefault((name, track.side), _Group())
             group.reaches.append(demo)
             group.durations.append(reach.duration_s)
@@ -116,6 +174,8 @@ def train(
             points = track.keypoints[seen]
             uppers.append(float(np.median(np.linalg.norm(points[:, 1] - points[:, 0], axis=1))))
             fores.append(float(np.median(np.linalg.norm(points[:, 2] - points[:, 1], axis=1))))
+    if group_by == "movement":
+        groups = _by_movement(groups)
     models, reports, kept = [], [], []
     for (name, side), group in sorted(groups.items()):
         if len(group.reaches) < settings.min_demonstrations:
@@ -159,37 +219,46 @@ def train_from_files(
     config: PredictorConfig | None = None,
     *,
     group_by: str = "task",
+    place: str = "auto",
     leave_out_subject: str = "",
+    leave_out_trial: int | None = None,
     max_tracks: int = 0,
     progress: Callable[[str], None] | None = None,
 ) -> TrainingResult:
     """Load recordings and train on them.
 
     Args:
-        paths: Files that `hri_prediction.tracks.files.load_tracks` reads.
+        paths: Track files and bags.
         config: Settings.
         group_by: Field of the track that names the task.
+        place: How recordings are turned, see :func:`seated`. The library is in world axes, relative
+            to the shoulder: it must be trained with people seated as the graph seats them.
         leave_out_subject: Subject whose tracks are not used (empty: use all).
+        leave_out_trial: Trial that is not used; with a subject, only that subject's.
         max_tracks: Most tracks used of one task and side (0: all).
         progress: Called with a line of text now and then.
 
     Raises:
         DataError: on unreadable files, an absent subject, or no usable reach.
     """
-    from hri_prediction.tracks.files import load_tracks
-
     tracks: list[ArmTrack] = []
     for path in paths:
         if progress is not None:
             progress(f"reading {path}")
-        tracks += load_tracks(path)
+        tracks += [seated(track, place) for track in read_tracks(path)]
     subjects = sorted({t.subject for t in tracks})
     if leave_out_subject:
         if leave_out_subject not in subjects:
             raise DataError(
                 f"no subject {leave_out_subject!r}", expected="one of " + ", ".join(subjects)
             )
-        tracks = [t for t in tracks if t.subject != leave_out_subject]
+    if leave_out_subject or leave_out_trial is not None:
+        tracks = [
+            t
+            for t in tracks
+            if (leave_out_subject and t.subject != leave_out_subject)
+            or (leave_out_trial is not None and t.trial != leave_out_trial)
+        ]
     if max_tracks:
         taken: Counter[tuple[str, str]] = Counter()
         chosen = []

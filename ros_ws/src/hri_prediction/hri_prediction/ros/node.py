@@ -170,12 +170,17 @@ class HriNode(Node):
 
     # ---------------------------------------------------------------- health
     def fault(self, key: str, text: str, level: bytes = WARN) -> None:
-        """Note a fault: said once a second in the log, and on /diagnostics for the next five seconds."""
+        """Note a fault: said in the log when it is new, on /diagnostics for the next five seconds."""
         known = key in self._faults
         self._faults[key] = (self.now_ns() + 5 * NANO, text)
         if not known:
             log = self.get_logger()
             (log.error if level == ERROR else log.warning)(text)
+
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """Texts of the faults of the last seconds, one a kind, the newest of each."""
+        return tuple(text for _, text in self._faults.values())
 
     def health(self) -> tuple[bytes, str, dict[str, Any]]:
         """Level, summary and figures for /diagnostics; nodes extend it."""
@@ -185,7 +190,7 @@ class HriNode(Node):
         level, summary, figures = self.health()
         self._faults = {k: v for k, v in self._faults.items() if v[0] > now_ns}
         if self._faults and level == OK:
-            level, summary = WARN, "; ".join(text for _, text in self._faults.values())
+            level, summary = WARN, "; ".join(self.faults)
         ordered = sorted(self._tick_ms)
         if ordered:
             figures["tick_ms_p50"] = f"{ordered[len(ordered) // 2]:.3f}"

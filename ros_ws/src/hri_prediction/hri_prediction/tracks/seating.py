@@ -13,6 +13,9 @@ from hri_prediction.tracks.track import ArmTrack
 
 SEAT = (0.75, 0.0, 0.40)
 """Usual place of the shoulder across the table, world frame [m]."""
+NEAREST_HAND = 0.30
+"""The hand tip comes no nearer to the robot's base than this along x [m]; people who reach far, or
+lean forward, are seated further away."""
 
 _QUARTER = 0.5 * math.pi
 
@@ -31,7 +34,8 @@ def suggest_placement(
 
     Args:
         tracks: One track, or several of one person and one seat, in the axes of the laboratory.
-        shoulder: Where the median of the shoulders comes to lie [m], world frame.
+        shoulder: Where the median of the shoulders comes to lie [m], world frame; further along x
+            when the hand would come nearer to the robot than :data:`NEAREST_HAND`.
         facing: Heading of the person in the world [rad], from x towards y; pi looks at the robot.
 
     Raises:
@@ -49,4 +53,6 @@ def suggest_placement(
     turn = math.remainder(facing - heading, 2.0 * math.pi)
     moved = Placement(yaw=turn).apply(np.median(seen[:, 0], axis=0))
     offset = np.subtract(shoulder, moved)
+    nearest = float((Placement(yaw=turn).apply(seen[:, 3]) + offset)[:, 0].min())
+    offset[0] += max(NEAREST_HAND - nearest, 0.0)
     return Placement(float(offset[0]), float(offset[1]), float(offset[2]), turn)

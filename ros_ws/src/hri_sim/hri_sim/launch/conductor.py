@@ -9,7 +9,7 @@ from typing import Any
 
 import rclpy
 from action_msgs.msg import GoalStatus
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.action import ActionClient
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
@@ -34,6 +34,8 @@ OUTCOMES = {
 }
 CUE_LEAD_S = 0.1
 """The cue is sent this long before the reach begins, so that everyone has it in time [s]."""
+PATIENCE_S = 20.0
+"""How long a node may warn before the run begins all the same [s]."""
 REST_S = 0.5
 """Rest between reaches, in which the predictor sees that nobody moves [s]."""
 
@@ -104,7 +106,7 @@ class Conductor:
         self._cues = self._node.create_publisher(Cue, "sim/cue", reliable(10))
         self._client = ActionClient(self._node, ReachTarget, action)
         self._action = action
-        self._ready: set[str] = set()
+        self._health: dict[str, DiagnosticStatus] = {}
         self._state: SimState | None = None
         self._status: PlannerStatus | None = None
         self._smallest = float("inf")
@@ -122,7 +124,7 @@ class Conductor:
 
     # ------------------------------------------------------------------ listening
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
-        self._ready.update(status.hardware_id for status in message.status)
+        self._health.update({status.hardware_id: status for status in message.status})
 
     def _on_state(self, message: SimState) -> None:
         self._state = message
@@ -158,16 +160,25 @@ class Conductor:
         self.spin_until(lambda: time.monotonic() >= end, seconds + 5.0, "the end of a rest")
 
     def wait_ready(self, timeout_s: float = 60.0) -> None:
-        """Wait until every node has said that it runs, and the action is there.
+        """Wait until every node has said that it runs well, and the action is there.
+
+        A node that only warns is waited for a little, then taken as it is.
 
         Raises:
             NodeDeath: when one ended instead.
             GraphError: when some are still missing; they are named.
         """
         labels = set(self._supervisor.labels)
+        patience = time.monotonic() + PATIENCE_S
+
+        def absent() -> set[str]:
+            if time.monotonic() > patience:
+                return labels - self._health.keys()
+            well = {name for name, s in self._health.items() if s.level == DiagnosticStatus.OK}
+            return labels - well
 
         def ready() -> bool:
-            missing = labels - self._ready
+            missing = absent()
             self._say(f"waiting for {', '.join(sorted(missing))}" if missing else "starting")
             return not missing and self._client.server_is_ready()
 
@@ -176,7 +187,7 @@ class Conductor:
         except GraphError as error:
             if isinstance(error, NodeDeath):
                 raise
-            missing = labels - self._ready
+            missing = absent()
             raise GraphError(
                 f"not ready after {timeout_s:.0f} s: {', '.join(sorted(missing)) or self._action}",
                 hint=f"see the logs in {self._supervisor.folder / 'log'}",

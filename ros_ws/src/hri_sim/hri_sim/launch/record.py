@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hri_prediction.bags.inspect import inspect_bag
 from hri_prediction.bags.reader import BagReader
 from hri_prediction.errors import DataError
 from hri_prediction.ros.messages import HumanPrediction
@@ -37,8 +39,7 @@ class Series:
         mocap_to_prediction_ms: Newest sample used → prediction sent.
         mocap_to_trajectory_ms: Newest sample used → trajectory sent.
         rates_hz: Mean rate of each topic between its first and its last message.
-        counts: Messages by topic.
-        duration_s: First to last message of the bag.
+        lost_messages: Messages that were sent but are not in the bag, by sequence numbers.
     """
 
     origin_ns: int
@@ -51,8 +52,7 @@ class Series:
     mocap_to_prediction_ms: FloatArray
     mocap_to_trajectory_ms: FloatArray
     rates_hz: dict[str, float]
-    counts: dict[str, int]
-    duration_s: float
+    lost_messages: int
 
 
 def _decode(reader: BagReader, topics: set[str]) -> dict[str, list[tuple[int, Any]]]:
@@ -61,19 +61,6 @@ def _decode(reader: BagReader, topics: set[str]) -> dict[str, list[tuple[int, An
     for message in reader.messages(topics):
         found[message.topic].append((message.publish_time_ns, message.decode()))
     return found
-
-
-def _rates(reader: BagReader) -> dict[str, float]:
-    """Mean rate of each topic from the times of sending [Hz]; 0 for fewer than two messages."""
-    spans: dict[str, list[int]] = {}
-    for message in reader.messages():
-        span = spans.setdefault(message.topic, [message.publish_time_ns, 0, 0])
-        span[1] = message.publish_time_ns
-        span[2] += 1
-    return {
-        topic: (count - 1) * NANO / (last - first) if last > first else 0.0
-        for topic, (first, last, count) in spans.items()
-    }
 
 
 def read_run(
@@ -140,7 +127,7 @@ def read_run(
         for m in status
         if to_ns(m.handover) in sent_at and to_ns(m.newest_sample)
     ]
-    metadata = reader.metadata
+    report = inspect_bag(bag)
     return Series(
         origin_ns=origin,
         record=record,
@@ -151,9 +138,10 @@ def read_run(
         misses=np.array([m.deadline_misses for m in status], dtype=np.int64),
         mocap_to_prediction_ms=np.array(to_prediction),
         mocap_to_trajectory_ms=np.array(to_trajectory),
-        rates_hz=_rates(reader),
-        counts={name: info.message_count for name, info in reader.topics.items()},
-        duration_s=metadata.duration_ns / NANO,
+        rates_hz={
+            t.topic: t.rate_hz if math.isfinite(t.rate_hz) else 0.0 for t in report.topics
+        },
+        lost_messages=sum(t.missing or 0 for t in report.topics),
     )
 
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 import contextlib
 import json
 import math
+import os
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import psutil
 from rich.console import Console
 
 from hri_prediction.errors import ConfigError, HriError
@@ -75,11 +77,13 @@ class RunResult:
         summary: Content of ``summary.json``.
         series: The run over time.
         bag: Bag folder.
+        cpu_cores: Cores that all processes of the run kept busy while it was conducted.
     """
 
     summary: dict[str, Any]
     series: Series
     bag: Path
+    cpu_cores: float
 
 
 def prepare_folder(folder: Path) -> None:
@@ -133,19 +137,24 @@ def _library(options: RunOptions, scenario: Scenario) -> Path | None:
         return options.library
     if options.human != "simulated":
         return None
+    library = scenario_library(scenario, options.seed)
+    if library is None:
+        return None
+    path = options.out / "library.npz"
+    library.save(path)
+    return path
+
+
+def scenario_library(scenario: Scenario, seed: int) -> TaskLibrary | None:
+    """A task library trained on simulated reaches of a scenario's tasks; none when nobody reaches."""
     tracks = []
     for index in range(len(scenario.reaches)):
         if scenario.reaches[index].person_target is None:
             continue
-        body = scenario.person_of(index).id
-        rng = training_generator(options.seed, body, index)
+        rng = training_generator(seed, scenario.person_of(index).id, index)
         for group in scenario_training(scenario, index, rng).values():
             tracks += group
-    if not tracks:
-        return None
-    path = options.out / "library.npz"
-    train_library(tracks).save(path)
-    return path
+    return train_library(tracks) if tracks else None
 
 
 def node_specs(
@@ -210,6 +219,9 @@ def node_specs(
                 },
             ),
         )
+    labels = [spec.label for spec in specs]
+    for name in options.parameters.keys() - labels:
+        raise ConfigError(f"parameters for a node {name!r}", expected="one of " + ", ".join(labels))
     return [
         replace(spec, parameters={**spec.parameters, **options.parameters.get(spec.label, {})})
         for spec in specs
@@ -252,13 +264,14 @@ def run_graph(options: RunOptions, console: Console) -> RunResult:
     save_scenario(scenario_path, scenario)
     library = _library(options, scenario)
     specs = node_specs(options, scenario, scenario_path, library, placement, bag)
-    reports: list[ReachReport] = []
     with _status_line(console) as say, Supervisor(options.out) as supervisor:
         supervisor.start(specs)
         conductor = Conductor(scenario, supervisor, say)
         try:
             conductor.wait_ready(READY_TIMEOUT_S)
+            load = CpuMeter([*supervisor.pids.values(), os.getpid()])
             reports = conductor.run()
+            cpu_cores = load.cores()
         finally:
             conductor.close()
         say("stopping")
@@ -278,7 +291,28 @@ def run_graph(options: RunOptions, console: Console) -> RunResult:
         series, reports, wanted=len(scenario.reaches), bag=bag, seed=options.seed
     )
     write_summary(options.out / "summary.json", summary)
-    return RunResult(summary, series, bag)
+    return RunResult(summary, series, bag, cpu_cores)
+
+
+class CpuMeter:
+    """CPU time of some processes against the clock, from its making on."""
+
+    def __init__(self, pids: list[int]) -> None:
+        self._processes = [psutil.Process(pid) for pid in pids]
+        self._begun = time.monotonic()
+        self._spent = self._cpu_s()
+
+    def _cpu_s(self) -> float:
+        total = 0.0
+        for process in self._processes:
+            with contextlib.suppress(psutil.NoSuchProcess):
+                times = process.cpu_times()
+                total += times.user + times.system
+        return total
+
+    def cores(self) -> float:
+        """Mean number of cores kept busy."""
+        return (self._cpu_s() - self._spent) / max(time.monotonic() - self._begun, 1e-9)
 
 
 def explain(error: HriError, console: Console) -> None:

@@ -1,7 +1,7 @@
 """A scenario around a recorded person: robot reaches that nominally collide with the recording.
 
-As in :mod:`~hri_sim.scenario.conditions`, only nominal motions decide, never a planner's outcome. The
-recording starts with the first reach and plays to its end, whatever the robot does.
+As in :mod:`~hri_sim.scenario.conditions`, only nominal motions decide, never a planner's outcome.
+The recording starts with the first reach and plays to its end, whatever the robot does.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from hri_prediction.errors import DataError, PlanningError
 from hri_prediction.tracks.track import ArmTrack
 from hri_sim.scenario.conditions import ROBOT_ABS_Y, ROBOT_DURATION_S, ROBOT_X, ROBOT_Z
 from hri_sim.scenario.examination import RobotPart, clearance_series, robot_part
-from hri_sim.scenario.schema import PersonSpec, ReachSpec, Scenario, TableSpec, Vector3
+from hri_sim.scenario.schema import PersonSpec, Posture, ReachSpec, Scenario, TableSpec, Vector3
 
 BETWEEN_REACHES_S = 1.3
 """Usual time between the end of one reach and the start of the next, in a live run [s]."""
@@ -96,7 +96,7 @@ def recorded_scenario(track: ArmTrack, seed: int, reaches: int | None = None) ->
     return Scenario(
         name=f"recorded_{track.subject}_{track.task}_{track.trial}",
         seed=seed,
-        robot_start=tuple(float(angle) for angle in q_start),
+        robot_start=_posture(q_start),
         table=TableSpec(),
         targets=targets,
         persons=(person,),
@@ -117,7 +117,7 @@ def _draw(
         q_start = np.round(robot_part(robot, posture, start, 1.0, table).goal, 4)
     except PlanningError:
         return None
-    q, goals = q_start, []
+    q, goals, collides = q_start, [], False
     for index in range(count):
         left = not left
         for _ in range(_GOALS):
@@ -128,19 +128,25 @@ def _draw(
                 continue
             if part.speed_share > 0.9 or part.table_clearance <= 0.0:
                 continue
-            if _fair(track, part, index * cycle - delay, first=index == 0):
+            clear, hits = _examine(track, part, index * cycle - delay)
+            # A single reach must collide itself; of several, which have no certain phase, one must.
+            if clear and (hits or count > 1):
                 goals.append(goal)
+                collides |= hits
                 q = part.goal
                 break
         else:
             return None
-    return q_start, goals, delay
+    return (q_start, goals, delay) if collides else None
 
 
-def _fair(track: ArmTrack, part: RobotPart, begin_s: float, *, first: bool) -> bool:
-    """Whether a nominal motion that starts ``begin_s`` into the recording is a fair test.
+def _examine(track: ArmTrack, part: RobotPart, begin_s: float) -> tuple[bool, bool]:
+    """Whether a nominal motion starts and ends clear of the recording, and whether it collides.
 
-    Only the first reach has a known phase: later ones must start and end clear, no more.
+    Args:
+        track: The recording, in the world, without gaps.
+        part: Nominal motion of the robot.
+        begin_s: Time of the recording at which it begins [s].
     """
     robot = load_robot()
     times = np.clip(track.time_s[0] + begin_s + part.time, track.time_s[0], track.time_s[-1])
@@ -155,12 +161,17 @@ def _fair(track: ArmTrack, part: RobotPart, begin_s: float, *, first: bool) -> b
     )
     collides = bool(series[: part.arrived + 1].min() < 0.0)
     clear = series[0] >= START_CLEARANCE_M and series[part.arrived :].min() >= HOLD_CLEARANCE_M
-    return bool(clear and (collides or not first))
+    return bool(clear), collides
 
 
 def _robot_point(rng: np.random.Generator, left: bool) -> Vector3:
     x, y, z = (round(float(rng.uniform(*box)), 3) for box in (ROBOT_X, ROBOT_ABS_Y, ROBOT_Z))
     return x, y if left else -y, z
+
+
+def _posture(q: FloatArray) -> Posture:
+    a, b, c, d, e, f, g = (float(angle) for angle in q)
+    return a, b, c, d, e, f, g
 
 
 def _vector(point: FloatArray) -> Vector3:

@@ -8,9 +8,21 @@
 
 Each entry is a callable that takes ``context=`` and ``lockstep_ns=`` and returns a
 :class:`hri_prediction.ros.node.HriNode`. Same seed, same message sequences, byte for byte.
+``node_factory`` makes such a callable of a node class with parameters and remappings; ``ptomp_graph``
+is the whole graph of a scenario, into which a test puts nodes of its own.
 """
 
-from hri_sim.testing.graph import Graph
+from hri_sim.testing.graph import Graph, ReachHandle
 from hri_sim.testing.lockstep import LockStep, TopicLog
+from hri_sim.testing.scenes import cue, node_factory, ptomp_graph, reach
 
-__all__ = ["Graph", "LockStep", "TopicLog"]
+__all__ = [
+    "Graph",
+    "LockStep",
+    "ReachHandle",
+    "TopicLog",
+    "cue",
+    "node_factory",
+    "ptomp_graph",
+    "reach",
+]

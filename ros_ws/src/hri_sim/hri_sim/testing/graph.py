@@ -57,6 +57,11 @@ class Graph:
         step_s: Base step [s].
         domain_id: ROS domain; by default one that depends on the process, so that parallel test
             runs do not hear each other.
+        timeout_s: Wall time after which a message that does not arrive is an error [s].
+
+    Raises:
+        GraphError: when a node's period does not fit, or a subscription does not match its publisher.
+        HriError: what a factory raises; the nodes made before it are destroyed.
 
     Attributes:
         nodes: By name.
@@ -69,6 +74,7 @@ class Graph:
         start_s: float = 1.0,
         step_s: float = 0.004,
         domain_id: int | None = None,
+        timeout_s: float = 10.0,
     ) -> None:
         os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
         self.context = Context()
@@ -77,9 +83,20 @@ class Graph:
             context=self.context, domain_id=domain_id if domain_id else 1 + os.getpid() % 100
         )
         start_ns = round(start_s * 1e9)
-        made = [factory(context=self.context, lockstep_ns=start_ns) for factory in factories]
+        made: list[HriNode] = []
+        try:
+            for factory in factories:
+                made.append(factory(context=self.context, lockstep_ns=start_ns))
+            self.lockstep = LockStep(
+                made, context=self.context, start_ns=start_ns, step_s=step_s, timeout_s=timeout_s
+            )
+        except BaseException:
+            for node in made:
+                node.close()
+                node.destroy_node()
+            rclpy.try_shutdown(context=self.context)
+            raise
         self.nodes: dict[str, HriNode] = {node.get_name(): node for node in made}
-        self.lockstep = LockStep(made, context=self.context, start_ns=start_ns, step_s=step_s)
         self._client_node = Node("test_client", context=self.context)
         self.lockstep.executor.add_node(self._client_node)
         self._clients: dict[str, ActionClient] = {}
@@ -96,7 +113,9 @@ class Graph:
         self.close()
 
     def close(self) -> None:
-        """Destroy everything."""
+        """Destroy everything; further calls do nothing."""
+        if not self.context.ok():
+            return
         for client in self._clients.values():
             client.destroy()
         self.lockstep.close()
@@ -148,10 +167,11 @@ class Graph:
     def publish(self, message_type: Any, topic: str, message: Any, qos: Any = 10) -> None:
         """Publish one message from outside and wait until its listeners have it."""
         publisher = self._client_node.create_publisher(message_type, topic, qos)
+        self.lockstep.watch(publisher.topic_name, message_type, qos)
         listeners = [n for n in self.nodes.values() if publisher.topic_name in n.received]
         before = [node.received[publisher.topic_name] for node in listeners]
         self.lockstep.spin_until(
-            lambda: publisher.get_subscription_count() >= len(listeners), f"a listener of {topic}"
+            lambda: publisher.get_subscription_count() > len(listeners), f"a listener of {topic}"
         )
         publisher.publish(message)
         self.lockstep.spin_until(

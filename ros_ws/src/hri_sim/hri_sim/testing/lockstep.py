@@ -21,6 +21,7 @@ from hri_prediction.ros.node import HriNode
 from hri_prediction.ros.qos import LATCHED
 from hri_prediction.ros.time import seconds_to_ns
 
+
 class TopicLog(Node):
     """Keeps the serialized messages of every counted topic, in order.
 
@@ -29,12 +30,14 @@ class TopicLog(Node):
     Attributes:
         messages: Topic to list of (time of the step [ns], CDR bytes).
         types: Topic to message class.
+        received: Topic to number of messages, as nodes have it.
     """
 
     def __init__(self, context: Context) -> None:
         super().__init__("topic_log", context=context, start_parameter_services=False)
         self.messages: dict[str, list[tuple[int, bytes]]] = {}
         self.types: dict[str, Any] = {}
+        self.received: dict[str, int] = {}
         self.now_ns = 0
 
     def watch(self, topic: str, message_type: Any, qos: Any) -> None:
@@ -43,13 +46,13 @@ class TopicLog(Node):
             return
         self.messages[topic] = []
         self.types[topic] = message_type
-        self.create_subscription(
-            message_type,
-            topic,
-            lambda data: self.messages[topic].append((self.now_ns, bytes(data))),
-            qos,
-            raw=True,
-        )
+        self.received[topic] = 0
+
+        def store(data: bytes) -> None:
+            self.received[topic] += 1
+            self.messages[topic].append((self.now_ns, bytes(data)))
+
+        self.create_subscription(message_type, topic, store, qos, raw=True)
 
 
 class LockStep:
@@ -79,13 +82,12 @@ class LockStep:
         self.now_ns = start_ns
         self.step_ns = seconds_to_ns(step_s)
         self.timeout_s = timeout_s
-        self.log = TopicLog(context)
         self._start_ns = start_ns
         self._outside: dict[str, int] = defaultdict(int)
         self._periods: dict[HriNode, int] = {}
-        # What was said on a topic before a node began to listen to it, which it will never get.
-        self._missed: dict[tuple[HriNode, str], int] = {}
-        self.executor = EventsExecutor(context=context)
+        self._known = -1  # number of publishers and subscriptions that have found each other
+        # What was said on a topic before somebody began to listen to it, who will never get it.
+        self._missed: dict[tuple[Node, str], int] = {}
         for node in self.nodes:
             period = seconds_to_ns(node.period_s)
             if period <= 0 or period % self.step_ns:
@@ -94,41 +96,61 @@ class LockStep:
                     expected=f"a multiple of the base step, {step_s} s",
                 )
             self._periods[node] = period
+        self.log = TopicLog(context)
+        self.executor = EventsExecutor(context=context)
+        for node in (*self.nodes, self.log):
             self.executor.add_node(node)
-        self.executor.add_node(self.log)
-        self._discover()
-        self._deliver()
+        try:
+            self._discover()
+            self._deliver()
+        except GraphError:
+            self.executor.shutdown()
+            self.log.destroy_node()
+            raise
 
-    def _listeners(self, topic: str) -> list[HriNode]:
-        return [node for node in self.nodes if topic in node.received]
+    def _listeners(self, topic: str) -> list[HriNode | TopicLog]:
+        return [node for node in (*self.nodes, self.log) if topic in node.received]
 
     def _discover(self) -> None:
         """Wait until every publisher sees all of its subscribers, also those made on the way."""
-        pairs = {(node, topic) for node in self.nodes for topic in node.received}
-        announced = {topic for node in self.nodes for topic in node.publishers_by_topic}
-        if pairs == self._missed.keys() and announced <= self.log.messages.keys():
+        known = sum(len(n.received) + len(n.publishers_by_topic) for n in self.nodes)
+        if known + len(self.log.received) == self._known:
             return
         for node in self.nodes:
             for topic, publisher in node.publishers_by_topic.items():
                 self.log.watch(topic, publisher.message_type, publisher.qos)
+        pairs = {(node, topic) for node in (*self.nodes, self.log) for topic in node.received}
+        publishers = [
+            (node, publisher)
+            for node in self.nodes
+            for publisher in node.publishers_by_topic.values()
+        ]
+        self._known = known + len(self.log.received)
         deadline = time.monotonic() + self.timeout_s
+        for node, publisher in publishers:
+            listeners = self._listeners(publisher.topic)
+            while publisher.subscription_count < len(listeners):
+                self.executor.spin_once(timeout_sec=0.005)
+                if time.monotonic() > deadline:
+                    names = ", ".join(listener.get_name() for listener in listeners)
+                    raise GraphError(
+                        f"{publisher.topic} of node {node.get_name()} has "
+                        f"{publisher.subscription_count} subscribers after {self.timeout_s} s",
+                        expected=f"{len(listeners)}: {names}",
+                        hint="check that publisher and subscribers have matching QoS",
+                    )
+        for listener, topic in pairs - self._missed.keys():
+            self._missed[listener, topic] = self._lost(topic)
+
+    def _lost(self, topic: str) -> int:
+        """How much of what has been said on a topic somebody who joins now will not get."""
+        lost = self._outside[topic]
         for node in self.nodes:
-            for topic, publisher in node.publishers_by_topic.items():
-                wanted = 1 + len(self._listeners(topic))
-                while publisher.subscription_count < wanted:
-                    self.executor.spin_once(timeout_sec=0.005)
-                    if time.monotonic() > deadline:
-                        raise GraphError(
-                            f"{topic} of node {node.get_name()} has "
-                            f"{publisher.subscription_count} subscribers after {self.timeout_s} s",
-                            expected=f"{wanted}",
-                            hint="check that publisher and subscribers have matching QoS",
-                        )
-        sent = self._sent()
-        for node, topic in pairs - self._missed.keys():
-            publishers = [n.publishers_by_topic.get(topic) for n in self.nodes]
-            latched = any(p.qos.durability == LATCHED.durability for p in publishers if p)
-            self._missed[node, topic] = 0 if latched else sent[topic]
+            publisher = node.publishers_by_topic.get(topic)
+            if publisher is not None:
+                latched = publisher.qos.durability == LATCHED.durability
+                lost += max(publisher.sent - (publisher.qos.depth if latched else 0), 0)
+        return lost
 
     def _sent(self) -> dict[str, int]:
         sent: dict[str, int] = defaultdict(int, self._outside)
@@ -141,16 +163,10 @@ class LockStep:
         """Spin until everything that was sent has been received everywhere."""
         deadline = time.monotonic() + self.timeout_s
         for topic, count in self._sent().items():
-            if topic in self.log.messages:
-                self._deliver_log(deadline, topic, count)
             for node in self._listeners(topic):
                 wanted = count - self._missed[node, topic]
                 while node.received[topic] < wanted:
                     self._spin(deadline, node.get_name(), topic, node.received[topic], wanted)
-
-    def _deliver_log(self, deadline: float, topic: str, count: int) -> None:
-        while len(self.log.messages[topic]) < count:
-            self._spin(deadline, "topic_log", topic, len(self.log.messages[topic]), count)
 
     def _spin(self, deadline: float, node: str, topic: str, got: int, wanted: int) -> None:
         self.executor.spin_once(timeout_sec=0.01)
@@ -174,6 +190,8 @@ class LockStep:
     def spin_until(self, done: Any, what: str) -> None:
         """Let services and actions proceed, with the time standing still, until ``done()``.
 
+        What nodes publish in doing so is delivered before the time goes on.
+
         Raises:
             GraphError: when it does not happen within the timeout.
         """
@@ -182,16 +200,26 @@ class LockStep:
             self.executor.spin_once(timeout_sec=0.01)
             if time.monotonic() > deadline:
                 raise GraphError(f"{what} did not happen within {self.timeout_s} s")
+        self._discover()
+        self._deliver()
+
+    def watch(self, topic: str, message_type: Any, qos: Any) -> None:
+        """Log a topic on which something else than the graph's nodes is going to publish."""
+        self.log.watch(topic, message_type, qos)
+        self._discover()
 
     def outside(self, topic: str) -> None:
         """Count one message that was published by something else than the graph's nodes."""
         self._outside[topic] += 1
+        self._deliver()
 
     def remove(self, node: HriNode) -> None:
         """Take a node out, as if its process had been killed: nothing of it is said any more."""
+        self._deliver()
         for topic, publisher in node.publishers_by_topic.items():
             self._outside[topic] += publisher.sent
         self.nodes.remove(node)
+        self._known = -1
         self._missed = {pair: count for pair, count in self._missed.items() if pair[0] is not node}
         self.executor.remove_node(node)
         node.close()

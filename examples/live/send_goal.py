@@ -1,0 +1,68 @@
+"""Send one goal to a running graph, and let the simulated person reach at the same time.
+
+Start the nodes first (see the README, "Each node by hand"), then::
+
+    scripts/_run_in_env python examples/live/send_goal.py robot_1 --person person_1
+    scripts/_run_in_env python examples/live/send_goal.py 0.45 -0.30 0.30
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+import rclpy
+from rclpy.action import ActionClient
+from rclpy.node import Node
+
+from hri_prediction.ros.messages import Cue, ReachTarget
+from hri_prediction.ros.qos import reliable
+
+
+def main() -> int:
+    """Send, wait, print the result; exit code 0 when the goal was reached."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("goal", nargs="+", help="name of a target, or X Y Z of the tool [m]")
+    parser.add_argument("--duration", type=float, default=1.5, help="wanted duration [s]")
+    parser.add_argument("--person", default="", help="target of the simulated person's hand")
+    options = parser.parse_args()
+
+    rclpy.init()
+    node = Node("send_goal")
+    client = ActionClient(node, ReachTarget, "ptomp/reach_target")
+    cues = node.create_publisher(Cue, "sim/cue", reliable(10))
+    if not client.wait_for_server(timeout_sec=5.0):
+        print("nobody serves /ptomp/reach_target: start the ptomp node first", file=sys.stderr)
+        return 1
+
+    goal = ReachTarget.Goal(duration=options.duration)
+    if len(options.goal) == 3:
+        position = goal.pose.pose.position
+        position.x, position.y, position.z = map(float, options.goal)
+        goal.pose.header.frame_id = "world"
+    else:
+        goal.target = options.goal[0]
+    if options.person:
+        cue = Cue(person_target=options.person, duration=1.3)
+        cue.header.stamp = node.get_clock().now().to_msg()
+        cues.publish(cue)
+
+    def on_feedback(message) -> None:
+        feedback = message.feedback
+        print(
+            f"{feedback.stage}: {feedback.distance_to_goal * 100:.1f} cm to go, "
+            f"smallest separation so far {feedback.min_separation * 100:.1f} cm"
+        )
+
+    sent = client.send_goal_async(goal, feedback_callback=on_feedback)
+    rclpy.spin_until_future_complete(node, sent)
+    answer = sent.result().get_result_async()
+    rclpy.spin_until_future_complete(node, answer)
+    result = answer.result().result
+    print(f"outcome {result.outcome}: {result.reason} ({result.replans} replans)")
+    rclpy.try_shutdown()
+    return 0 if result.outcome == ReachTarget.Result.REACHED else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,134 @@
+"""The whole ptomp graph of a scenario in lock-step, with the parameters that a launched run gets."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from rclpy.parameter import Parameter
+from std_msgs.msg import Header
+
+from hri_planner.nodes.ptomp_node import PtompNode
+from hri_prediction.errors import ConfigError
+from hri_prediction.nodes.predictor_node import PredictorNode
+from hri_prediction.ros.messages import Cue, ReachTarget
+from hri_prediction.ros.node import HriNode
+from hri_prediction.ros.qos import reliable
+from hri_prediction.ros.time import seconds_to_ns, to_time
+from hri_sim.launch.run import RunOptions, node_specs
+from hri_sim.nodes.person_node import PersonNode
+from hri_sim.nodes.simulator_node import SimulatorNode
+from hri_sim.scenario.schema import Scenario, save_scenario
+from hri_sim.testing.graph import Graph, NodeFactory, ReachHandle
+
+NODES: dict[str, type[HriNode]] = {
+    "person": PersonNode,
+    "predictor": PredictorNode,
+    "ptomp": PtompNode,
+    "simulator": SimulatorNode,
+}
+"""Nodes of the graph, in ticking order: sources before sinks."""
+
+
+def node_factory(
+    make: Any,
+    *arguments: Any,
+    parameters: Mapping[str, Any] | None = None,
+    remappings: Mapping[str, str] | None = None,
+) -> NodeFactory:
+    """A factory for :class:`Graph` with ROS parameters and remappings.
+
+    Args:
+        make: Node class, or any callable that takes the arguments of a ROS node.
+        arguments: Its own positional arguments.
+        parameters: Values by name; others keep their defaults.
+        remappings: Topic names by those in the code, as ``-r from:=to`` on a command line.
+    """
+    rules = [word for old, new in (remappings or {}).items() for word in ("-r", f"{old}:={new}")]
+    overrides = [Parameter(name, value=value) for name, value in (parameters or {}).items()]
+    return partial(
+        make,
+        *arguments,
+        parameter_overrides=overrides,
+        cli_args=["--ros-args", *rules] if rules else None,
+    )
+
+
+def ptomp_graph(
+    scenario: Scenario,
+    folder: Path,
+    *,
+    seed: int = 0,
+    library: Path | None = None,
+    parameters: Mapping[str, Mapping[str, Any]] | None = None,
+    remappings: Mapping[str, Mapping[str, str]] | None = None,
+    sensors: Sequence[NodeFactory] = (),
+    others: Sequence[NodeFactory] = (),
+    **graph: Any,
+) -> Graph:
+    """Person, predictor, planner and simulator of a scenario, ready to run in lock-step.
+
+        with ptomp_graph(draw_scenario(100), tmp_path, seed=100) as graph:
+            graph.run(0.5)
+            cue(graph, scenario, 0)
+            handle = reach(graph, scenario, 0)
+            graph.run_until(lambda: handle.done, timeout_s=10.0)
+
+    Args:
+        scenario: Scene, people and reaches.
+        folder: Where the scenario file goes.
+        seed: Seed of people, simulator and planner.
+        library: Task library of the predictor; none: constant velocity.
+        parameters: Further parameters by node name.
+        remappings: Topic remappings by node name.
+        sensors: Further nodes that tick after the person and before the predictor.
+        others: Further nodes that tick last.
+        graph: Further arguments of :class:`Graph`.
+
+    Raises:
+        ConfigError: when ``parameters`` or ``remappings`` name a node that is not in the graph.
+    """
+    for name in {*(parameters or {}), *(remappings or {})} - NODES.keys():
+        raise ConfigError(f"no node {name!r} in this graph", expected=", ".join(NODES))
+    path = folder / "scenario.yaml"
+    save_scenario(path, scenario)
+    options = RunOptions(
+        out=folder,
+        seed=seed,
+        parameters={name: dict(values) for name, values in (parameters or {}).items()},
+    )
+    specs = {
+        spec.label: spec
+        for spec in node_specs(options, scenario, path, library, None, folder / "bag")
+    }
+    made = {
+        name: node_factory(
+            node, parameters=specs[name].parameters, remappings=(remappings or {}).get(name)
+        )
+        for name, node in NODES.items()
+        if name != "person" or scenario.persons
+    }
+    sources = [made.pop("person")] if "person" in made else []
+    return Graph([*sources, *sensors, *made.values(), *others], **graph)
+
+
+def cue(graph: Graph, scenario: Scenario, index: int) -> None:
+    """Let the person of a reach begin it now, after its delay."""
+    reach_spec = scenario.reaches[index]
+    message = Cue(
+        header=Header(stamp=to_time(seconds_to_ns(graph.now_s))),
+        reach=index,
+        person_target=reach_spec.person_target or "",
+        delay=reach_spec.person_delay,
+        duration=reach_spec.person_duration,
+    )
+    graph.publish(Cue, "sim/cue", message, reliable(10))
+
+
+def reach(graph: Graph, scenario: Scenario, index: int) -> ReachHandle:
+    """Send the robot's goal of a reach."""
+    reach_spec = scenario.reaches[index]
+    goal = ReachTarget.Goal(target=reach_spec.robot_target, duration=reach_spec.duration)
+    return graph.reach(goal)

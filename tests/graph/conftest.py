@@ -1,0 +1,61 @@
+"""Scene, library and graph of the lock-step tests; helper modules of this folder become importable."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+
+from hri_sim.launch.run import scenario_library
+from hri_sim.scenario.conditions import draw_scenario
+from hri_sim.scenario.schema import Scenario
+from hri_sim.testing import Graph, ptomp_graph
+
+SEED = 100
+
+
+@pytest.fixture(scope="session")
+def scenario() -> Scenario:
+    """A scenario of the condition generator: robot and person cross."""
+    return draw_scenario(SEED, 2)
+
+
+@pytest.fixture(scope="session")
+def library(scenario: Scenario, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Task library trained on its person's tasks."""
+    path = tmp_path_factory.mktemp("library") / "library.npz"
+    trained = scenario_library(scenario, SEED)
+    assert trained is not None
+    trained.save(path)
+    return path
+
+
+@pytest.fixture
+def make_graph(
+    scenario: Scenario, library: Path, tmp_path: Path
+) -> Iterator[Callable[..., Graph]]:
+    """Makes the whole graph of the scenario; closes it after the test."""
+    graphs: list[Graph] = []
+
+    def make(**options: Any) -> Graph:
+        options = {"seed": SEED, "library": library, **options}
+        graph = ptomp_graph(options.pop("scenario", scenario), tmp_path, **options)
+        graphs.append(graph)
+        return graph
+
+    yield make
+    for graph in graphs:
+        graph.close()
+
+
+@pytest.fixture
+def graph(make_graph: Callable[..., Graph]) -> Graph:
+    """The whole graph as it is."""
+    return make_graph()
