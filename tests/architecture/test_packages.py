@@ -265,6 +265,23 @@ def test_modules_are_short(package: str) -> None:
         assert lines <= ceiling, f"{_label(path)} has {lines} lines"
 
 
+DOCS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+@pytest.mark.parametrize("path", DOCS, ids=lambda path: path.name)
+def test_docs_name_files_that_exist(path: Path) -> None:
+    text = path.read_text()
+    links = re.findall(r"\]\((?!https?:)([^)#]+)", text)
+    missing = [link for link in links if not (path.parent / link).exists()]
+    named = re.findall(r"(?<![\w/])((?:scripts|examples|docs|requirements)/[\w./]*\w)", text)
+    missing += [name for name in named if not (ROOT / name).exists()]
+    modules = re.findall(r"(?<![\w/])(hri_\w+/[\w./]+\.(?:py|yaml|urdf|msg))", text)
+    # Named from the workspace's source folder, or as imports name them.
+    bases = (SOURCES, *(SOURCES / package for package in ORDER))
+    missing += [name for name in modules if not any((base / name).exists() for base in bases)]
+    assert missing == []
+
+
 def test_nothing_names_the_place_where_it_was_written() -> None:
     # Put together, so that this file does not name them itself.
     words = ["../" + "shared", "/wo" + "rk/", "this " + "session"]

@@ -7,7 +7,6 @@ of the interval; the plan is published before that moment, or dropped when it is
 
 from __future__ import annotations
 
-import math
 import time
 from collections import deque
 from collections.abc import Callable
@@ -55,6 +54,10 @@ FloatArray = NDArray[np.float64]
 TICK_S = 0.004
 HEARTBEAT_NS = 20_000_000
 FEEDBACK_NS = 100_000_000
+DURATIONS_S = (0.1, 60.0)
+"""Durations that a goal may ask for [s]."""
+SETTLE_NS = 100_000_000
+"""How long a new motion waits for the controller to come to rest by itself [ns]."""
 CLOCK_STEP_NS = 100_000_000
 """A clock that goes back by more than this starts the node anew; less is a clock being set [ns]."""
 _STAGE_NAMES = {
@@ -194,6 +197,11 @@ class PtompNode(HriNode):
     # ------------------------------------------------------------------ goals
     def _target_of(self, goal: ReachTarget.Goal) -> FloatArray:
         """Tool position (3,) [m] of a goal; raises PlanningError when it is malformed."""
+        low, high = DURATIONS_S
+        if goal.duration != 0.0 and not low <= goal.duration <= high:
+            raise PlanningError(
+                f"goal duration {goal.duration} s", expected=f"{low} to {high} s, or 0: the default"
+            )
         if goal.target:
             if goal.target not in self._targets:
                 raise PlanningError(
@@ -209,8 +217,6 @@ class PtompNode(HriNode):
         target = np.array([position.x, position.y, position.z])
         if not np.isfinite(target).all():
             raise PlanningError(f"goal position {target.tolist()}", expected="finite numbers [m]")
-        if not (math.isfinite(goal.duration) and goal.duration >= 0.0):
-            raise PlanningError(f"goal duration {goal.duration}", expected="0 or more seconds")
         return target
 
     def _on_goal(self, handle: Any) -> None:
@@ -375,7 +381,7 @@ class PtompNode(HriNode):
     def _start_cycle(self, now_ns: int, motion: Motion | None) -> None:
         handover_ns = now_ns + self._interval_ns
         if motion is not None and not motion.started:
-            if not self._begin(motion, handover_ns):
+            if not self._may_begin(now_ns, motion) or not self._begin(motion, handover_ns):
                 return
         handover_s = (handover_ns - self._origin_ns) / NANO
         self._follow_reference(handover_ns)
@@ -414,6 +420,22 @@ class PtompNode(HriNode):
         self._worker.submit(job)
         if self.lockstep:
             self._collect(now_ns)
+
+    def _may_begin(self, now_ns: int, motion: Motion) -> bool:
+        """Whether the robot stands or is on a plan of ours.
+
+        Otherwise it is coming to rest after a stop, and nobody knows where it will be at the
+        hand-over; what somebody else made it do is stopped.
+        """
+        reference = self._inputs.reference
+        if reference is None or reference.state == ControllerState.IDLE:
+            return True
+        if self._state_at(now_ns + self._interval_ns) is not None:
+            return True
+        if now_ns - motion.accepted_ns > SETTLE_NS:
+            self._halt()
+            self._next_cycle_ns = now_ns + SETTLE_NS
+        return False
 
     def _begin(self, motion: Motion, handover_ns: int) -> bool:
         """Set the planner on a new goal, from rest or in flight."""

@@ -153,6 +153,7 @@ class SimulatorNode(HriNode):
             )
         except DataError as error:
             self._rejected += 1
+            self._simulation.controller.rejection = str(error)
             self.fault("trajectory", f"trajectory refused: {error}")
 
     def _on_speed_scale(self, message: Float64) -> None:

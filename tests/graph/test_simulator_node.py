@@ -1,0 +1,212 @@
+"""The simulator node by itself: a plain trajectory controller, its refusals, reset, and /clock."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pinocchio
+import pytest
+import rclpy
+from builtin_interfaces.msg import Duration
+from motions import joints
+from rclpy.context import Context
+from rclpy.experimental.events_executor import EventsExecutor
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from hri_planner.robot.model import load_robot
+from hri_prediction.errors import ConfigError
+from hri_prediction.ros.messages import ControllerState, Reset
+from hri_prediction.ros.node import HriNode
+from hri_prediction.ros.qos import reliable
+from hri_sim.nodes.simulator_node import SimulatorNode
+from hri_sim.testing import Graph, node_factory
+
+COMMAND = "joint_trajectory_controller/joint_trajectory"
+
+
+@pytest.fixture
+def simulator() -> Iterator[Graph]:
+    with Graph([SimulatorNode]) as graph:
+        graph.run(0.1)
+        yield graph
+
+
+def ramp(graph: Graph, to: np.ndarray, seconds: float, names: Any = None) -> JointTrajectory:
+    start = joints(graph)[1][-1]
+    message = JointTrajectory(joint_names=list(names or load_robot().joint_names))
+    for share in (0.0, 0.5, 1.0):
+        whole, rest = divmod(round((0.1 + share * seconds) * 1e9), 10**9)
+        message.points.append(
+            JointTrajectoryPoint(
+                positions=start + share * (to - start),
+                velocities=np.zeros(7) if share in (0.0, 1.0) else (to - start) / seconds,
+                time_from_start=Duration(sec=whole, nanosec=rest),
+            )
+        )
+    return message
+
+
+def send(graph: Graph, message: JointTrajectory) -> None:
+    graph.publish(JointTrajectory, COMMAND, message, reliable(1))
+
+
+def test_plain_trajectory_client(simulator: Graph) -> None:
+    goal = joints(simulator)[1][-1] + np.array([0.3, 0.1, 0.2, -0.2, 0.1, 0.1, 0.4])
+    send(simulator, ramp(simulator, goal, 1.0))
+    simulator.run(1.5)
+    stamps, q, qd = joints(simulator)
+    assert np.abs(q[-1] - goal).max() < 1e-3
+    assert np.abs(qd[-1]).max() < 1e-2
+    assert np.allclose(np.diff(stamps), 0.004)
+    assert len(simulator.log["/joint_states"]) == 400
+    states = {m.state for m in simulator.messages("/joint_trajectory_controller/reference")}
+    assert states == {ControllerState.IDLE, ControllerState.TRACKING}
+
+
+def test_joints_in_another_order(simulator: Graph) -> None:
+    names = load_robot().joint_names
+    goal = joints(simulator)[1][-1] + np.array([0.3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    message = ramp(simulator, goal, 1.0)
+    message.joint_names = list(reversed(names))
+    for point in message.points:
+        point.positions = list(reversed(point.positions))
+        point.velocities = list(reversed(point.velocities))
+    send(simulator, message)
+    simulator.run(1.5)
+    assert np.abs(joints(simulator)[1][-1] - goal).max() < 1e-3
+
+
+def _other_names(message: JointTrajectory) -> None:
+    message.joint_names = [f"panda_joint{i}" for i in range(7)]
+
+
+def _too_few(message: JointTrajectory) -> None:
+    message.joint_names = message.joint_names[:5]
+
+
+def _not_a_number(message: JointTrajectory) -> None:
+    message.points[1].positions = np.full(7, np.nan)
+
+
+def _beyond_the_limits(message: JointTrajectory) -> None:
+    message.points[2].positions = np.full(7, 9.0)
+
+
+def _times_go_back(message: JointTrajectory) -> None:
+    message.points[2].time_from_start = Duration()
+
+
+def _missing_velocities(message: JointTrajectory) -> None:
+    message.points[1].velocities = []
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [_other_names, _too_few, _not_a_number, _beyond_the_limits, _times_go_back, _missing_velocities],
+)
+def test_unusable_trajectories_are_refused(
+    simulator: Graph, spoil: Callable[[JointTrajectory], None]
+) -> None:
+    before = joints(simulator)[1][-1]
+    message = ramp(simulator, before + 0.2, 1.0)
+    spoil(message)
+    send(simulator, message)
+    simulator.run(0.5)
+    assert np.abs(joints(simulator)[1][-1] - before).max() < 1e-3
+    assert any("refused" in fault for fault in simulator.nodes["simulator"].faults)
+    newest = simulator.messages("/joint_trajectory_controller/reference")[-1]
+    assert newest.state == ControllerState.IDLE
+    assert newest.reason
+    print(simulator.nodes["simulator"].faults)
+
+
+def test_reset_with_a_seed_brings_the_same_state(simulator: Graph) -> None:
+    postures = []
+    for seed in (7, 8, 7):
+        send(simulator, ramp(simulator, joints(simulator)[1][-1] + 0.1, 0.3))
+        simulator.run(0.2)
+        answer = simulator.call(Reset, "/simulator/reset", Reset.Request(seed=seed))
+        assert answer.success, answer.message
+        count = len(simulator.log["/joint_states"])
+        simulator.run(0.1)
+        stamps, q, qd = joints(simulator)
+        postures.append((q[count:], qd[count:]))
+        assert np.all(np.diff(stamps) > 0.0)
+        assert simulator.messages("/sim/state")[-1].time == pytest.approx(0.1)
+    assert np.array_equal(postures[0][0], postures[2][0])
+    assert np.array_equal(postures[0][1], postures[2][1])
+
+
+def test_reset_refuses_what_it_cannot_load(simulator: Graph) -> None:
+    request = Reset.Request(seed=1, scenario="/nowhere/at/all.yaml")
+    answer = simulator.call(Reset, "/simulator/reset", request)
+    assert not answer.success
+    assert "/nowhere/at/all.yaml" in answer.message
+    simulator.run(0.05)
+
+
+def test_robot_description_is_a_urdf(simulator: Graph) -> None:
+    (message,) = simulator.messages("/robot_description")
+    model = pinocchio.buildModelFromXML(message.data)
+    names = [name for name in model.names if name != "universe"]
+    assert tuple(names) == load_robot().joint_names
+
+
+def test_publish_clock_excludes_following_it() -> None:
+    factory = node_factory(
+        SimulatorNode, parameters={"publish_clock": True, "use_sim_time": True}
+    )
+    with pytest.raises(ConfigError, match="publish_clock"):
+        Graph([factory])
+
+
+class Counter(HriNode):
+    """Notes the times of its ticks."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__("counter", period_s=0.02, **kwargs)
+        self.times: list[float] = []
+
+    def on_tick(self, now_ns: int) -> None:
+        self.times.append(now_ns * 1e-9)
+
+
+def test_clock_drives_a_node_with_use_sim_time() -> None:
+    """Five times real time: 2 s of wall clock are 10 s of the node's."""
+    from rclpy.parameter import Parameter
+
+    context = Context()
+    rclpy.init(context=context, domain_id=101)
+    clock = SimulatorNode(
+        context=context,
+        parameter_overrides=[
+            Parameter("publish_clock", value=True),
+            Parameter("realtime_factor", value=5.0),
+        ],
+    )
+    counter = Counter(context=context, parameter_overrides=[Parameter("use_sim_time", value=True)])
+    executor = EventsExecutor(context=context)
+    executor.add_node(clock)
+    executor.add_node(counter)
+    try:
+        end = time.monotonic() + 0.5
+        while time.monotonic() < end:
+            executor.spin_once(timeout_sec=0.01)
+        begin, first = time.monotonic(), clock.now_ns()
+        counter.times.clear()
+        while time.monotonic() < begin + 2.0:
+            executor.spin_once(timeout_sec=0.01)
+        wall, passed = time.monotonic() - begin, (clock.now_ns() - first) * 1e-9
+    finally:
+        executor.shutdown()
+        clock.destroy_node()
+        counter.destroy_node()
+        rclpy.try_shutdown(context=context)
+    ticks = np.array(counter.times)
+    assert passed == pytest.approx(5.0 * wall, rel=0.02)
+    assert ticks[-1] - ticks[0] == pytest.approx(passed, abs=0.5)
+    assert len(ticks) == pytest.approx(passed / 0.02, rel=0.1)
+    print(f"{passed:.2f} s of /clock in {wall:.2f} s, {len(ticks)} ticks")
