@@ -226,7 +226,8 @@ def build_workspace(env: dict[str, str]) -> None:
     if colcon is None:
         raise SetupError("colcon not found; run: sudo apt-get install python3-colcon-common-extensions")
     command = [
-        colcon, "--log-base", str(ros_ws / "log"), "build", "--base-paths", str(SOURCES),
+        # With our own Python: colcon writes the interpreter that runs it into the nodes' first lines.
+        str(VENV / "bin" / "python"), colcon, "--log-base", str(ros_ws / "log"), "build", "--base-paths", str(SOURCES),
         "--build-base", str(ros_ws / "build"), "--install-base", str(VENV), "--merge-install",
         "--packages-select", *changed, "--cmake-args", "-DBUILD_TESTING=OFF", "-DCMAKE_BUILD_TYPE=Release",
         f"-DPython3_EXECUTABLE={VENV / 'bin' / 'python'}",

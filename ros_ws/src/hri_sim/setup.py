@@ -28,7 +28,6 @@ setup(
             "person = hri_sim.nodes.person_node:main",
             "replayer = hri_sim.nodes.replayer_node:main",
             "recorder = hri_sim.nodes.recorder_node:main",
-            "conductor = hri_sim.nodes.conductor_node:main",
         ]
     },
 )

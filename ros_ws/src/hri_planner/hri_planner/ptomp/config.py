@@ -61,6 +61,9 @@ class PtompConfig:
     kappa: float = parameter(
         0.5, "Standard deviations of the prediction added to the margin", low=0.0, high=5.0
     )
+    kappa_min: float = parameter(
+        0.1, "kappa shrinks to this when the arrival is overdue", low=0.0, high=5.0
+    )
     contact_weight: float = parameter(20.0, "Weight of clearance below contact_margin", low=0.0)
     contact_margin: float = parameter(
         0.02, "Clearance below which the contact cost begins", unit="m", low=0.0, high=0.2
@@ -109,6 +112,10 @@ class PtompConfig:
         if self.margin_min > self.margin:
             raise ConfigError(
                 f"margin_min = {self.margin_min}", expected=f"at most margin = {self.margin}"
+            )
+        if self.kappa_min > self.kappa:
+            raise ConfigError(
+                f"kappa_min = {self.kappa_min}", expected=f"at most kappa = {self.kappa}"
             )
 
 

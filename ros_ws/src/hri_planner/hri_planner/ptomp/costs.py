@@ -47,6 +47,7 @@ class CostModel:
 
     def __init__(self, robot: RobotModel, config: PtompConfig, table: TableBox | None) -> None:
         self._robot = robot
+        self._kappa = config.kappa
         self._workspace = np.zeros(kernel.WORKSPACE_ROWS * kernel.ROW)
         self._parameters = np.zeros(kernel.PARAMETER_COUNT)
         height = NO_TABLE if table is None else table.top + config.table_margin
@@ -82,6 +83,7 @@ class CostModel:
         goal: FloatArray,
         forecasts: Sequence[HumanForecast],
         margin: float,
+        kappa: float | None = None,
     ) -> None:
         """Set the problem of a replan.
 
@@ -90,10 +92,12 @@ class CostModel:
             goal: Tool goal (3,) [m].
             forecasts: People.
             margin: Margin in force [m].
+            kappa: Standard deviations added to it; the configured ones when not given.
         """
         self.columns = len(times_s)
         self.step = float(times_s[1] - times_s[0])
         self._parameters[kernel.P_MARGIN] = margin
+        self._parameters[kernel.P_KAPPA] = self._kappa if kappa is None else kappa
         self._parameters[kernel.P_GOAL_X : kernel.P_GOAL_X + 3] = goal
         humans, radii = pack_forecasts(forecasts, times_s)
         robot = self._robot

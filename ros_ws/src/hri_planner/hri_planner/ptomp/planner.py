@@ -229,13 +229,13 @@ class PtompPlanner:
         remaining = max(present.end_s - handover_s, 0.0)
         tail = self.config.hold_horizon if self._arrives else 0.0
         grid = self._grid(handover_s, remaining, max(remaining, 0.2) + tail)
-        self._costs.bind(grid.columns_s, self._goal, forecasts, margin)
+        self._costs.bind(grid.columns_s, self._goal, forecasts, *margin)
         motion = from_plan(present, grid, self._arrives)
         totals, terms, _ = self._costs.evaluate(motion.columns(grid)[None])
         trouble = not self._arrives or float(terms[0, 0] + terms[0, 1]) > _TROUBLE
         if trouble:
             grid = self._grid(handover_s, remaining, max(LOOK_S, remaining + tail))
-            self._costs.bind(grid.columns_s, self._goal, forecasts, margin)
+            self._costs.bind(grid.columns_s, self._goal, forecasts, *margin)
             motion = from_plan(present, grid, self._arrives)
             totals = self._costs.evaluate(motion.columns(grid)[None])[0]
         kept = Candidate(motion, float(totals[0]), grid.step)
@@ -269,11 +269,19 @@ class PtompPlanner:
             raise PlanningError("replan without an active reach", hint="call start first")
         return self.plan
 
-    def _margin(self, time_s: float) -> float:
-        """The margin in force: full while on time, shrinking while overdue."""
+    def _margin(self, time_s: float) -> tuple[float, float]:
+        """The margin [m] and kappa in force: full while on time, shrinking while overdue.
+
+        A person who rests near the goal gets ever wider forecasts with time ahead; with full margins
+        the robot would wait for ever where a careful way exists.
+        """
         overdue = time_s - self._nominal_end_s - _OVERDUE_GRACE_S
         share = min(max(overdue / self.config.margin_patience, 0.0), 1.0)
-        return self.config.margin + share * (self.config.margin_min - self.config.margin)
+        config = self.config
+        return (
+            config.margin + share * (config.margin_min - config.margin),
+            config.kappa + share * (config.kappa_min - config.kappa),
+        )
 
     def _grid(self, start_s: float, remaining: float, horizon: float) -> Grid:
         plan = self._require_plan()

@@ -13,6 +13,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.action import ActionClient
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 
 from hri_prediction.errors import GraphError
 from hri_prediction.ros.conversions import WORLD
@@ -36,6 +37,8 @@ CUE_LEAD_S = 0.1
 """The cue is sent this long before the reach begins, so that everyone has it in time [s]."""
 PATIENCE_S = 20.0
 """How long a node may warn before the run begins all the same [s]."""
+STOP_S = 0.4
+"""Time for the robot to come to rest when a run is broken off [s]."""
 REST_S = 0.5
 """Rest between reaches, in which the predictor sees that nobody moves [s]."""
 
@@ -86,6 +89,7 @@ class Conductor:
         scenario: What is to be done.
         supervisor: Whose nodes to watch.
         say: Takes the one-line live status.
+        tell: Takes what must not be missed, such as the death of a node.
         action: Name of the action to send goals to.
     """
 
@@ -94,12 +98,15 @@ class Conductor:
         scenario: Scenario,
         supervisor: Supervisor,
         say: Callable[[str], None],
+        tell: Callable[[str], None],
         action: str = "ptomp/reach_target",
     ) -> None:
         self._scenario = scenario
         self._supervisor = supervisor
         self._say = say
-        rclpy.init()
+        self._tell = tell
+        # Ctrl-C must not take ROS away: the robot is stopped over it first.
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         self._node = Node("conductor", start_parameter_services=False)
         self._executor = EventsExecutor()
         self._executor.add_node(self._node)
@@ -114,6 +121,7 @@ class Conductor:
         self._node.create_subscription(SimState, "sim/state", self._on_state, SENSOR)
         self._node.create_subscription(PlannerStatus, "ptomp/status", self._on_status, reliable(10))
         self._next_say = 0.0
+        self._goal: Any = None
 
     def close(self) -> None:
         """Destroy node and context."""
@@ -121,6 +129,14 @@ class Conductor:
         self._executor.shutdown()
         self._node.destroy_node()
         rclpy.try_shutdown()
+
+    def let_robot_stop(self) -> None:
+        """Cancel the motion and leave the stop chain its time: nodes are stopped only afterwards."""
+        if self._goal is not None:
+            self._goal.cancel_goal_async()
+        end = time.monotonic() + STOP_S
+        while time.monotonic() < end:
+            self._executor.spin_once(timeout_sec=0.02)
 
     # ------------------------------------------------------------------ listening
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
@@ -150,7 +166,7 @@ class Conductor:
             for death in self._supervisor.deaths():
                 if self._supervisor.is_essential(death.label):
                     raise NodeDeath(death)
-                self._say(f"{death}; the run goes on")
+                self._tell(f"{death}; the run goes on")
             if time.monotonic() > end:
                 raise GraphError(f"{what} did not happen within {timeout_s:.0f} s")
 
@@ -226,6 +242,7 @@ class Conductor:
         handle: Any = sent.result()
         if not handle.accepted:
             raise GraphError(f"{self._action} refused the goal {reach.robot_target!r}")
+        self._goal = handle
         future = handle.get_result_async()
 
         def finished() -> bool:
@@ -233,6 +250,7 @@ class Conductor:
             return bool(future.done())
 
         self.spin_until(finished, 60.0, f"the result of {self._action}")
+        self._goal = None
         answer = future.result()
         result = answer.result
         if answer.status == GoalStatus.STATUS_UNKNOWN:

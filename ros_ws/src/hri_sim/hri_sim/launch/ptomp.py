@@ -121,7 +121,8 @@ def launch(
     print_table(console, result.summary)
     if picture:
         draw_picture(result.series.record, options.out / "picture.png")
-    console.print(f"bag and pictures: {options.out}", highlight=False)
+    what = "bag, figures and picture" if picture else "bag and figures"
+    console.print(f"{what}: {options.out}", highlight=False)
     raise typer.Exit(0 if result.summary["outcome"] == "reached" else 3)
 
 

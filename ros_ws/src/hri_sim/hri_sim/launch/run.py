@@ -266,12 +266,17 @@ def run_graph(options: RunOptions, console: Console) -> RunResult:
     specs = node_specs(options, scenario, scenario_path, library, placement, bag)
     with _status_line(console) as say, Supervisor(options.out) as supervisor:
         supervisor.start(specs)
-        conductor = Conductor(scenario, supervisor, say)
+        conductor = Conductor(
+            scenario, supervisor, say, tell=lambda text: console.print(text, highlight=False)
+        )
         try:
             conductor.wait_ready(READY_TIMEOUT_S)
             load = CpuMeter([*supervisor.pids.values(), os.getpid()])
             reports = conductor.run()
             cpu_cores = load.cores()
+        except BaseException:  # also Ctrl-C
+            conductor.let_robot_stop()
+            raise
         finally:
             conductor.close()
         say("stopping")

@@ -1,0 +1,238 @@
+"""The launch script with real processes: a run, Ctrl-C, deaths of nodes, wrong arguments."""
+
+from __future__ import annotations
+
+import json
+import signal
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import psutil
+import pytest
+from mcap_ros2.reader import read_ros2_messages
+from rosbags.rosbag2 import Reader
+
+from hri_prediction.bags.reader import BagReader, is_closed
+from hri_prediction.bags.salvage import salvage
+from hri_prediction.ros.time import to_ns
+
+Launch = Callable[..., "Launched"]  # noqa: F821  (of conftest)
+REST = 0.02
+
+
+def still_running(processes: dict[str, psutil.Process], timeout_s: float = 3.0) -> list[str]:
+    """Names of those that still run after a time."""
+    _, alive = psutil.wait_procs(list(processes.values()), timeout=timeout_s)
+    return [name for name, process in processes.items() if process in alive]
+
+
+def joint_speeds(bag: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Stamps (N,) on the wall clock [s] and largest joint speeds (N,) [rad/s]."""
+    reader = BagReader(bag, allow_unclosed=True)
+    messages = [message.decode() for message in reader.messages({"/joint_states"})]
+    stamps = np.array([to_ns(m.header.stamp) * 1e-9 for m in messages])
+    return stamps, np.array([np.abs(m.velocity).max() for m in messages])
+
+
+def assert_at_rest_within(bag: Path, since_s: float, limit_ms: float) -> float:
+    stamps, speeds = joint_speeds(bag)
+    moving = (speeds >= REST) & (stamps > since_s)
+    assert moving.any(), "the robot did not move to begin with"
+    assert not moving[-1], "the bag ends while the robot moves"
+    took = (stamps[np.flatnonzero(moving)[-1] + 1] - since_s) * 1e3
+    assert took <= limit_ms
+    return float(took)
+
+
+def wait_until_moving(launched: object) -> None:
+    """Until the live status says that the robot is under way."""
+    launched.wait_for("moving")  # type: ignore[attr-defined]
+    time.sleep(0.25)
+
+
+def test_a_run_from_start_to_end(launch: Launch) -> None:
+    run = launch("--reaches", "1", "--seed", "100")
+    run.wait_for("moving")
+    nodes = run.nodes()
+    assert len(nodes) == 5
+    assert run.end() == 0, run.text
+    assert not still_running(nodes)
+
+    summary = json.loads((run.out / "summary.json").read_text())
+    assert summary["outcome"] == "reached"
+    (reach,) = summary["reaches"]
+    assert reach["goal_error_m"] <= 0.01
+    assert reach["min_clearance_m"] > 0.0
+    assert reach["max_handover_jump_rad"] < 1e-3
+    assert summary["prediction_rate_hz"] >= 25.0
+    assert summary["mocap_rate_hz"] == pytest.approx(250.0, rel=0.05)
+    assert (run.out / "picture.png").stat().st_size > 10_000
+
+    with Reader(run.out / "bag") as reader:
+        by_rosbags = {topic: info.msgcount for topic, info in reader.topics.items()}
+    (file,) = (run.out / "bag").glob("*.mcap")
+    by_mcap: dict[str, int] = {}
+    for message in read_ros2_messages(str(file)):
+        topic = message.channel.topic
+        by_mcap[topic] = by_mcap.get(topic, 0) + 1
+    assert by_mcap == {topic: count for topic, count in by_rosbags.items() if count}
+    wanted = {
+        "/joint_states",
+        "/humans/bodies/person1/arm",
+        "/humans/bodies/person1/prediction",
+        "/joint_trajectory_controller/joint_trajectory",
+        "/ptomp/status",
+        "/sim/state",
+        "/robot_description",
+    }
+    assert wanted <= by_mcap.keys()
+    print(f"{sum(by_mcap.values())} messages of {len(by_mcap)} topics, latency {summary['latency_ms']}")
+
+
+def test_ctrl_c_stops_the_robot_then_all_nodes(launch: Launch) -> None:
+    run = launch("--reaches", "2", "--seed", "101")
+    wait_until_moving(run)
+    nodes = run.nodes()
+    begin, clock = time.monotonic(), time.time()
+    run.process.send_signal(signal.SIGINT)
+    code = run.end(8.0)
+    took = time.monotonic() - begin
+    assert code == 130, run.text
+    assert not still_running(nodes, 0.5)
+    assert "Traceback" not in run.text
+    assert "had to be killed" not in run.text
+    assert str(run.out) in run.text
+    (file,) = (run.out / "bag").glob("*.mcap")
+    assert is_closed(file)
+    with Reader(run.out / "bag") as reader:
+        assert reader.message_count > 500
+    stopped = assert_at_rest_within(run.out / "bag", clock, 400.0)
+    for log in (run.out / "log").glob("*.log"):
+        assert "Traceback" not in log.read_text(), log.read_text()
+    print(f"all ended {took:.1f} s after Ctrl-C, the robot at rest after {stopped:.0f} ms")
+
+
+@pytest.mark.parametrize("name", ["predictor", "person", "ptomp"])
+def test_a_killed_node_stops_the_robot(launch: Launch, name: str) -> None:
+    run = launch("--reaches", "1", "--seed", "100")
+    wait_until_moving(run)
+    nodes = run.nodes()
+    killed = time.time()
+    nodes[name].send_signal(signal.SIGKILL)
+    code = run.end(15.0)
+    assert code == 1, run.text
+    assert f"node {name} was ended by SIGKILL" in run.text
+    assert "Traceback" not in run.text
+    assert not still_running(nodes, 0.5)
+    took = assert_at_rest_within(run.out / "bag", killed, 200.0)
+    print(f"{name} killed: at rest after {took:.0f} ms")
+
+
+def test_a_killed_simulator_is_named(launch: Launch) -> None:
+    run = launch("--reaches", "1", "--seed", "100")
+    wait_until_moving(run)
+    nodes = run.nodes()
+    nodes["simulator"].send_signal(signal.SIGKILL)
+    assert run.end(15.0) == 1, run.text
+    assert "node simulator was ended by SIGKILL" in run.text
+    assert not still_running(nodes, 0.5)
+
+
+def test_a_killed_recorder_does_not_end_the_run(launch: Launch, tmp_path: Path) -> None:
+    run = launch("--reaches", "1", "--seed", "100")
+    wait_until_moving(run)
+    nodes = run.nodes()
+    killed = time.time()
+    nodes["recorder"].send_signal(signal.SIGKILL)
+    run.wait_for("node recorder was ended by SIGKILL; the run goes on", 1.0)
+    code = run.end()
+    assert code == 0, run.text
+    assert "Traceback" not in run.text
+    assert not still_running(nodes, 0.5)
+    (file,) = (run.out / "bag").glob("*.mcap")
+    assert not is_closed(file)
+    report = salvage(run.out / "bag", tmp_path / "salvaged")
+    with Reader(tmp_path / "salvaged") as reader:
+        assert reader.message_count > 500
+    stamps, _ = joint_speeds(tmp_path / "salvaged")
+    lost = killed - stamps[-1]
+    assert lost <= 1.0
+    print(f"salvaged up to {lost:.2f} s before the kill: {report}")
+
+
+def test_a_killed_launcher_leaves_no_orphans(launch: Launch) -> None:
+    run = launch("--reaches", "1", "--seed", "100")
+    wait_until_moving(run)
+    nodes = run.nodes()
+    assert len(nodes) == 5
+    run.process.send_signal(signal.SIGKILL)
+    assert not still_running(nodes, 8.0)
+
+
+def _not_empty(folder: Path) -> Path:
+    (folder / "old").mkdir()
+    (folder / "old" / "notes.txt").write_text("mine")
+    return folder / "old"
+
+
+def _a_file(folder: Path) -> Path:
+    (folder / "file").write_text("mine")
+    return folder / "file"
+
+
+@pytest.mark.parametrize("make", [_not_empty, _a_file, lambda _: Path("/proc/nowhere/run")])
+def test_a_folder_that_cannot_be_used(
+    launch: Launch, tmp_path: Path, make: Callable[[Path], Path]
+) -> None:
+    folder = make(tmp_path)
+    run = launch(out=folder)
+    assert run.end(20.0) == 1
+    assert str(folder) in run.text
+    assert "error:" in run.text
+    assert run.text.count("\n") == 1
+    if folder.is_dir():
+        assert [path.name for path in folder.iterdir()] == ["notes.txt"]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--planner", "rrt"], "ptomp"),
+        (["--human", "ghost"], "simulated, replay"),
+        (["--human", "replay"], "--human-file"),
+        (["--human", "replay", "--human-file", "/nowhere/run.npz"], "/nowhere/run.npz"),
+        (["--human", "replay", "--human-file", __file__], "test_launch.py"),
+        (["--scenario", "/nowhere/scenario.yaml"], "/nowhere/scenario.yaml"),
+        (["--library", "/nowhere/library.npz"], "/nowhere/library.npz"),
+        (["--parameters", "/nowhere/parameters.yaml"], "/nowhere/parameters.yaml"),
+        (["--reaches", "0"], "reaches"),
+        (["--record", "/proc/nowhere/bag"], "/proc/nowhere/bag"),
+    ],
+)
+def test_wrong_arguments_are_one_clear_line(
+    launch: Launch, options: list[str], words: str
+) -> None:
+    run = launch(*options)
+    assert run.end(20.0) == 1, run.text
+    assert words in run.text
+    assert "error:" in run.text
+    assert "Traceback" not in run.text
+    assert run.text.count("\n") == 1, run.text
+
+
+def test_parameters_that_do_not_fit_are_named_with_the_node(
+    launch: Launch, tmp_path: Path
+) -> None:
+    path = tmp_path / "parameters.yaml"
+    path.write_text("predictor: {period: 7.0}\n")
+    run = launch("--parameters", str(path), "--reaches", "1")
+    assert run.end(40.0) == 1, run.text
+    assert "node predictor ended with exit code 1" in run.text
+    assert "period" in run.text
+    assert "Traceback" not in run.text
+    path.write_text("predictr: {period: 0.02}\n")
+    again = launch("--parameters", str(path), out=tmp_path / "again")
+    assert again.end(20.0) == 1
+    assert "'predictr'" in again.text
