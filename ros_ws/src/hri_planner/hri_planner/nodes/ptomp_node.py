@@ -365,7 +365,7 @@ class PtompNode(HriNode):
         if (
             at_rest
             and distance <= self._config.goal_tolerance
-            and self._planner.finished(plan_time)
+            and self._plan_is_over(motion, plan_time)
         ):
             self._holding = True
             self._end(motion, ReachTarget.Result.REACHED, f"reached, {distance * 1e3:.1f} mm off")
@@ -376,6 +376,14 @@ class PtompNode(HriNode):
             self._end(motion, ReachTarget.Result.BLOCKED, f"gave up {distance:.2f} m away: {reason}")
             return True
         return False
+
+    def _plan_is_over(self, motion: Motion, plan_time: float) -> bool:
+        """Whether the newest published plan of a motion has brought the tool to the goal."""
+        cycle = self._last
+        if cycle is None or cycle.motion_number != motion.number:
+            return False
+        arrived = cycle.result.stage == "reaching" and plan_time >= cycle.result.plan.end_s - 1e-9
+        return arrived or cycle.result.stage == "holding"
 
     # ------------------------------------------------------------------ planning
     def _start_cycle(self, now_ns: int, motion: Motion | None) -> None:
@@ -402,10 +410,11 @@ class PtompNode(HriNode):
                 self._free_steps(handover_s),
             )
         else:
-            end = time.monotonic() + self._config.compute_share * self._config.replan_interval
+            end_ns = now_ns + round(self._config.compute_share * self._interval_ns)
 
             def deadline() -> bool:
-                return time.monotonic() >= end
+                # The ROS clock, so that the share is kept when /clock runs fast or slow.
+                return self.now_ns() >= end_ns
 
         def job() -> _Cycle:
             start = time.monotonic()
@@ -531,7 +540,6 @@ class PtompNode(HriNode):
         self._plans += 1
         self._compute_ms.append(cycle.compute_s * 1e3)
         self._late_ms.append((now_ns - cycle.handover_ns) / 1e6)
-        self._last = cycle
         if now_ns > cycle.handover_ns:
             self._misses += 1
             if motion is not None:
@@ -539,6 +547,7 @@ class PtompNode(HriNode):
             # The plan would begin in the past; the robot is still on the one before.
             self._planner.restore(cycle.before)
             return
+        self._last = cycle
         self._last_plan_ns = now_ns
         self._publish_plan(now_ns, motion, cycle)
 
