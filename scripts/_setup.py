@@ -103,7 +103,9 @@ def run(command: list[str], what: str, hints: dict[str, str], env: dict[str, str
         if key in output:
             raise SetupError(f"{what} failed: {hint} (details: {log})")
     lines = [line.strip() for line in output.splitlines() if line.strip()]
-    last = next((line for line in reversed(lines) if "error" in line.lower()), lines[-1] if lines else "")
+    last = next(
+        (line for line in reversed(lines) if "error" in line.lower()), lines[-1] if lines else ""
+    )
     raise SetupError(f"{what} failed: {last[:200]} (details: {log})")
 
 
@@ -127,11 +129,16 @@ def check_compiler() -> None:
     """A C and C++ compiler and Python's headers are the only things wanted from the system."""
     missing = [
         name
-        for name, choices in {"a C compiler": ("cc", "gcc", "clang"), "a C++ compiler": ("c++", "g++", "clang++")}.items()
+        for name, choices in {
+            "a C compiler": ("cc", "gcc", "clang"),
+            "a C++ compiler": ("c++", "g++", "clang++"),
+        }.items()
         if not any(shutil.which(choice) for choice in choices)
     ]
     if missing:
-        raise SetupError(f"{' and '.join(missing)} not found; run: sudo apt-get install build-essential")
+        raise SetupError(
+            f"{' and '.join(missing)} not found; run: sudo apt-get install build-essential"
+        )
     header = Path(sysconfig.get_paths()["include"]) / "Python.h"
     if not header.exists():
         version = f"{sys.version_info.major}.{sys.version_info.minor}"
@@ -150,7 +157,10 @@ def make_venv(system_ros: bool) -> None:
     if VENV.exists():
         say("the environment in .venv is incomplete or of another kind: making it anew")
         shutil.rmtree(VENV)
-    say(f"making .venv with Python {kind.split()[0]}" + (f" beside {SYSTEM_ROS}" if system_ros else ""))
+    say(
+        f"making .venv with Python {kind.split()[0]}"
+        + (f" beside {SYSTEM_ROS}" if system_ros else "")
+    )
     command = [sys.executable, "-m", "venv", str(VENV)]
     if system_ros:
         command.append("--system-site-packages")
@@ -171,12 +181,16 @@ def install_requirements(system_ros: bool, dev: bool, env: dict[str, str]) -> No
     steps = [("runtime", runtime)]
     if dev:
         steps.append(("dev", REQUIREMENTS / "dev.txt"))
+    not_offered = (
+        "the package index does not offer a locked version; check the network and pip's index settings"
+    )
+    no_network = "no network: cannot reach the package index; connect and run again"
     hints = {
-        "No matching distribution": "the package index does not offer a locked version; check the network and pip's index settings",
-        "Could not find a version": "the package index does not offer a locked version; check the network and pip's index settings",
-        "Temporary failure in name resolution": "no network: cannot reach the package index; connect and run again",
-        "NewConnectionError": "no network: cannot reach the package index; connect and run again",
-        "ConnectTimeoutError": "no network: cannot reach the package index; connect and run again",
+        "No matching distribution": not_offered,
+        "Could not find a version": not_offered,
+        "Temporary failure in name resolution": no_network,
+        "NewConnectionError": no_network,
+        "ConnectTimeoutError": no_network,
         "No space left": "the disk is full; about 2 GB are needed",
     }
     for name, path in steps:
@@ -184,9 +198,18 @@ def install_requirements(system_ros: bool, dev: bool, env: dict[str, str]) -> No
         if read_stamps().get(name) == stamp:
             continue
         say(f"installing {name} requirements (a few minutes the first time)")
-        # The connection hints stand before "No matching distribution" in pip's output, so look for them first.
+        # pip ends with "No matching distribution" also when it had no connection: look for that first.
         ordered = dict(sorted(hints.items(), key=lambda item: "index does not offer" in item[1]))
-        command = [str(VENV / "bin" / "python"), "-m", "pip", "install", "--retries", "2", "-r", str(path)]
+        command = [
+            str(VENV / "bin" / "python"),
+            "-m",
+            "pip",
+            "install",
+            "--retries",
+            "2",
+            "-r",
+            str(path),
+        ]
         run(command, f"installing {path.name}", ordered, env)
         write_stamp(name, stamp)
 
@@ -211,7 +234,9 @@ def build_workspace(env: dict[str, str]) -> None:
     stamps = read_stamps()
     requirements = stamps["runtime"]
     wanted = {
-        package: hashlib.sha256((requirements + hash_files(source_files(package))).encode()).hexdigest()
+        package: hashlib.sha256(
+            (requirements + hash_files(source_files(package))).encode()
+        ).hexdigest()
         for package in ("hri_msgs", *PYTHON_PACKAGES)
     }
     changed = [package for package, stamp in wanted.items() if stamps.get(package) != stamp]
@@ -224,10 +249,13 @@ def build_workspace(env: dict[str, str]) -> None:
     ros_ws = ROOT / "ros_ws"
     colcon = shutil.which("colcon", path=env["PATH"])
     if colcon is None:
-        raise SetupError("colcon not found; run: sudo apt-get install python3-colcon-common-extensions")
+        raise SetupError(
+            "colcon not found; run: sudo apt-get install python3-colcon-common-extensions"
+        )
     command = [
         # With our own Python: colcon writes the interpreter that runs it into the nodes' first lines.
-        str(VENV / "bin" / "python"), colcon, "--log-base", str(ros_ws / "log"), "build", "--base-paths", str(SOURCES),
+        str(VENV / "bin" / "python"), colcon, "--log-base", str(ros_ws / "log"), "build",
+        "--base-paths", str(SOURCES),
         "--build-base", str(ros_ws / "build"), "--install-base", str(VENV), "--merge-install",
         "--packages-select", *changed, "--cmake-args", "-DBUILD_TESTING=OFF", "-DCMAKE_BUILD_TYPE=Release",
         f"-DPython3_EXECUTABLE={VENV / 'bin' / 'python'}",

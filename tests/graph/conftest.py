@@ -1,4 +1,4 @@
-"""Scene, library and graph of the lock-step tests; helper modules of this folder become importable."""
+"""Scene, library and graph of the lock-step tests; makes this folder's helpers importable."""
 
 from __future__ import annotations
 
@@ -38,9 +38,7 @@ def library(scenario: Scenario, tmp_path_factory: pytest.TempPathFactory) -> Pat
 
 
 @pytest.fixture
-def make_graph(
-    scenario: Scenario, library: Path, tmp_path: Path
-) -> Iterator[Callable[..., Graph]]:
+def make_graph(scenario: Scenario, library: Path, tmp_path: Path) -> Iterator[Callable[..., Graph]]:
     """Makes the whole graph of the scenario; closes it after the test."""
     graphs: list[Graph] = []
 

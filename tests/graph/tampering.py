@@ -1,4 +1,4 @@
-"""Nodes of the tests' own, as a user would write them: one spoils the motion capture, one adds a body."""
+"""Nodes as a user would write them: one spoils the motion capture, one adds a body."""
 
 from __future__ import annotations
 

@@ -65,9 +65,7 @@ def test_bad_duration_of_a_named_target(quiet: Graph, scenario: Scenario) -> Non
     assert "duration" in result.reason
 
 
-def test_a_malformed_goal_leaves_the_present_motion_alone(
-    quiet: Graph, scenario: Scenario
-) -> None:
+def test_a_malformed_goal_leaves_the_present_motion_alone(quiet: Graph, scenario: Scenario) -> None:
     first = start_reach(quiet, scenario)
     run_into_motion(quiet)
     assert finish(quiet, quiet.reach(ReachTarget.Goal(target="x"))).outcome == Result.REJECTED

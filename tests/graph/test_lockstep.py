@@ -66,7 +66,7 @@ def test_slow_nodes_tick_when_due() -> None:
 
 @pytest.mark.parametrize("period", [0.003, 0.0, -0.004])
 def test_a_period_that_does_not_fit(period: float) -> None:
-    with pytest.raises(GraphError, match="source .*multiple of the base step, 0.004 s"):
+    with pytest.raises(GraphError, match=r"source .*multiple of the base step, 0\.004 s"):
         Graph([node_factory(Source, period)])
     with Graph([Source]) as graph:  # and the failed one is in nobody's way
         graph.run(0.02)

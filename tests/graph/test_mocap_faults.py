@@ -1,4 +1,4 @@
-"""Motion capture goes wrong in every known way; no wild prediction, no NaN, the robot stands or goes on."""
+"""Motion capture goes wrong in every known way: no wild prediction, no NaN, no surprise."""
 
 from collections.abc import Callable
 
@@ -151,9 +151,7 @@ def test_the_source_s_clock_goes_back(spoilt: Graph, scenario: Scenario) -> None
     assert_finite(spoilt)
 
 
-def test_a_source_that_stays_in_the_past_ends_the_motion(
-    spoilt: Graph, scenario: Scenario
-) -> None:
+def test_a_source_that_stays_in_the_past_ends_the_motion(spoilt: Graph, scenario: Scenario) -> None:
     handle, _ = spoil_in_motion(spoilt, scenario, tampering.shifted_clock(-1.0), 60.0)
     result = finish(spoilt, handle)
     assert result.outcome == ReachTarget.Result.LOST_INPUT
@@ -186,7 +184,9 @@ def test_two_bodies_are_both_kept_clear_of(
         limbs = np.stack((still[:-1], still[1:]), axis=1)
         radii = np.array([0.05, 0.04, 0.05])
         return min(
-            float(capsule_distances(robot.robot_capsules(q), robot.capsule_radii, limbs, radii).min())
+            float(
+                capsule_distances(robot.robot_capsules(q), robot.capsule_radii, limbs, radii).min()
+            )
             for q in joints(graph)[1][::5]
         )
 

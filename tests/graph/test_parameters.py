@@ -87,7 +87,7 @@ def test_a_library_that_is_none(tmp_path: Path) -> None:
 
 
 def test_parameters_for_a_node_that_is_not_there(scenario: Scenario, tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match="'predictr'.*predictor"):
+    with pytest.raises(ConfigError, match=r"'predictr'.*predictor"):
         ptomp_graph(scenario, tmp_path, parameters={"predictr": {"period": 0.02}})
 
 

@@ -3,7 +3,14 @@
 from collections.abc import Callable
 
 import numpy as np
-from motions import PREDICTION, assert_finite, finish, largest_reference_step, start_reach, tool_error
+from motions import (
+    PREDICTION,
+    assert_finite,
+    finish,
+    largest_reference_step,
+    start_reach,
+    tool_error,
+)
 
 from hri_prediction.ros.messages import HumanPrediction, ReachTarget
 from hri_prediction.ros.time import to_ns
@@ -65,9 +72,7 @@ def test_a_reach_arrives_clear_of_the_person(graph: Graph, scenario: Scenario) -
     )
 
 
-def test_same_seed_same_messages(
-    make_graph: Callable[..., Graph], scenario: Scenario
-) -> None:
+def test_same_seed_same_messages(make_graph: Callable[..., Graph], scenario: Scenario) -> None:
     logs = []
     for seed in (100, 100, 101):
         graph = make_graph(seed=seed)

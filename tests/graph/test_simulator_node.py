@@ -105,7 +105,14 @@ def _missing_velocities(message: JointTrajectory) -> None:
 
 @pytest.mark.parametrize(
     "spoil",
-    [_other_names, _too_few, _not_a_number, _beyond_the_limits, _times_go_back, _missing_velocities],
+    [
+        _other_names,
+        _too_few,
+        _not_a_number,
+        _beyond_the_limits,
+        _times_go_back,
+        _missing_velocities,
+    ],
 )
 def test_unusable_trajectories_are_refused(
     simulator: Graph, spoil: Callable[[JointTrajectory], None]
@@ -156,9 +163,7 @@ def test_robot_description_is_a_urdf(simulator: Graph) -> None:
 
 
 def test_publish_clock_excludes_following_it() -> None:
-    factory = node_factory(
-        SimulatorNode, parameters={"publish_clock": True, "use_sim_time": True}
-    )
+    factory = node_factory(SimulatorNode, parameters={"publish_clock": True, "use_sim_time": True})
     with pytest.raises(ConfigError, match="publish_clock"):
         Graph([factory])
 

@@ -1,5 +1,7 @@
 """A node dies in mid-motion: the robot is at rest within 200 ms."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from motions import (
@@ -14,8 +16,9 @@ from motions import (
 
 from hri_prediction.errors import GraphError
 from hri_prediction.ros.messages import ControllerState, ReachTarget
+from hri_sim.nodes.simulator_node import SimulatorNode
 from hri_sim.scenario.schema import Scenario
-from hri_sim.testing import Graph
+from hri_sim.testing import Graph, scenes
 
 
 @pytest.mark.parametrize("name", ["predictor", "person", "ptomp"])
@@ -71,6 +74,32 @@ def test_robot_states_go_missing(graph: Graph, scenario: Scenario) -> None:
     result = finish(graph, handle, 4.0)
     assert result.outcome == ReachTarget.Result.LOST_INPUT
     assert "/joint_states" in result.reason
+
+
+class Stalling(SimulatorNode):
+    """A simulator whose machine is busy for a while: simulated time falls behind the clock."""
+
+    stall_s = (0.0, 0.0)
+
+    def on_tick(self, now_ns: int) -> None:
+        if not self.stall_s[0] <= now_ns * 1e-9 < self.stall_s[1]:
+            super().on_tick(now_ns)
+
+
+def test_a_simulator_that_falls_behind(
+    make_graph: Callable[..., Graph], scenario: Scenario, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(scenes.NODES, "simulator", Stalling)
+    graph = make_graph()
+    graph.run(0.4)
+    handle = start_reach(graph, scenario)
+    run_into_motion(graph, 0.6)
+    monkeypatch.setattr(Stalling, "stall_s", (graph.now_s, graph.now_s + 0.15))
+    assert finish(graph, handle).outcome == ReachTarget.Result.REACHED
+    assert any("ran ahead" in fault for fault in graph.nodes["simulator"].faults)
+    references = graph.messages("/joint_trajectory_controller/reference")
+    assert max(m.max_handover_jump for m in references) < 1e-3
+    assert largest_reference_step(graph) < 0.02
 
 
 def test_kill_names_the_nodes_there_are(graph: Graph) -> None:

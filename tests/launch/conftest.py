@@ -7,53 +7,18 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import psutil
 import pytest
 
+sys.path.insert(0, str(Path(__file__).parent))
+
+from launched import Launched
+
 ROOT = Path(__file__).resolve().parents[2]
-NODES = ("simulator", "person", "predictor", "ptomp", "recorder")
-
-
-@dataclass
-class Launched:
-    """A launch script that runs, and what it prints."""
-
-    process: subprocess.Popen[str]
-    out: Path
-    printed: Path
-
-    @property
-    def text(self) -> str:
-        """All that it has printed so far."""
-        return self.printed.read_text()
-
-    def nodes(self) -> dict[str, psutil.Process]:
-        """Its node processes, by name."""
-        found = {}
-        with contextlib.suppress(psutil.NoSuchProcess):
-            for child in psutil.Process(self.process.pid).children(recursive=True):
-                words = child.cmdline()
-                for name in NODES:
-                    if any(word.endswith(f"/{name}") for word in words):
-                        found[name] = child
-        return found
-
-    def wait_for(self, word: str, timeout_s: float = 40.0) -> None:
-        """Until it has printed a word."""
-        end = time.monotonic() + timeout_s
-        while word not in self.text:
-            assert self.process.poll() is None, self.text
-            assert time.monotonic() < end, self.text
-            time.sleep(0.02)
-
-    def end(self, timeout_s: float = 60.0) -> int:
-        """Exit code, once it has ended."""
-        return self.process.wait(timeout_s)
+SCRIPT = ROOT / "scripts" / "launch_ptomp.py"
 
 
 @pytest.fixture
@@ -63,19 +28,19 @@ def launch(tmp_path: Path) -> Iterator[Callable[..., Launched]]:
     everything: list[psutil.Process] = []
 
     def start(*options: str, out: Path | None = None) -> Launched:
+        domain = 1 + os.getpid() % 100
         folder = out or tmp_path / "run"
         printed = tmp_path / f"printed_{len(started)}.txt"
         with printed.open("w") as file:
             process = subprocess.Popen(
-                [sys.executable, str(ROOT / "scripts" / "launch_ptomp.py"), "--out", str(folder)]
-                + list(options),
+                [sys.executable, str(SCRIPT), "--out", str(folder), *options],
                 stdout=file,
                 stderr=subprocess.STDOUT,
                 text=True,
                 cwd=tmp_path,
-                env={**os.environ, "ROS_DOMAIN_ID": str(1 + os.getpid() % 100), "COLUMNS": "200"},
+                env={**os.environ, "ROS_DOMAIN_ID": str(domain), "COLUMNS": "200"},
             )
-        started.append(Launched(process, folder, printed))
+        started.append(Launched(process, folder, printed, domain))
         return started[-1]
 
     yield start
@@ -87,9 +52,3 @@ def launch(tmp_path: Path) -> Iterator[Callable[..., Launched]]:
     for process in everything:
         with contextlib.suppress(psutil.NoSuchProcess):
             process.kill()
-
-
-def gone(processes: dict[str, psutil.Process], timeout_s: float) -> list[str]:
-    """Names of those that still run after a time."""
-    _, alive = psutil.wait_procs(list(processes.values()), timeout=timeout_s)
-    return [name for name, process in processes.items() if process in alive]

@@ -11,14 +11,24 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
+import rclpy
+from launched import Launched
 from mcap_ros2.reader import read_ros2_messages
+from rclpy.context import Context
+from rclpy.experimental.events_executor import EventsExecutor
+from rclpy.node import Node
 from rosbags.rosbag2 import Reader
+from sensor_msgs.msg import JointState
+from typer.testing import CliRunner
 
 from hri_prediction.bags.reader import BagReader, is_closed
 from hri_prediction.bags.salvage import salvage
+from hri_prediction.errors import HriError
+from hri_prediction.ros.qos import SENSOR
 from hri_prediction.ros.time import to_ns
+from hri_sim.launch.ptomp import app
 
-Launch = Callable[..., "Launched"]  # noqa: F821  (of conftest)
+Launch = Callable[..., Launched]
 REST = 0.02
 
 
@@ -46,10 +56,27 @@ def assert_at_rest_within(bag: Path, since_s: float, limit_ms: float) -> float:
     return float(took)
 
 
-def wait_until_moving(launched: object) -> None:
-    """Until the live status says that the robot is under way."""
-    launched.wait_for("moving")  # type: ignore[attr-defined]
-    time.sleep(0.25)
+def wait_until_moving(launched: Launched, speed: float = 0.3, timeout_s: float = 60.0) -> None:
+    """Until a joint is faster than this [rad/s], heard on the graph itself."""
+    context = Context()
+    rclpy.init(context=context, domain_id=launched.domain)
+    node = Node("watcher", context=context)
+    executor = EventsExecutor(context=context)
+    executor.add_node(node)
+    seen: list[float] = [0.0]
+    node.create_subscription(
+        JointState, "/joint_states", lambda m: seen.append(max(map(abs, m.velocity))), SENSOR
+    )
+    end = time.monotonic() + timeout_s
+    try:
+        while max(seen) < speed:
+            executor.spin_once(timeout_sec=0.05)
+            assert launched.process.poll() is None, launched.text
+            assert time.monotonic() < end, launched.text
+    finally:
+        executor.shutdown()
+        node.destroy_node()
+        rclpy.try_shutdown(context=context)
 
 
 def test_a_run_from_start_to_end(launch: Launch) -> None:
@@ -74,10 +101,12 @@ def test_a_run_from_start_to_end(launch: Launch) -> None:
         by_rosbags = {topic: info.msgcount for topic, info in reader.topics.items()}
     (file,) = (run.out / "bag").glob("*.mcap")
     by_mcap: dict[str, int] = {}
-    for message in read_ros2_messages(str(file)):
+    # Its parser refuses the names of an action's hidden types (ReachTarget_FeedbackMessage).
+    plain = [topic for topic in by_rosbags if "/_action/" not in topic]
+    for message in read_ros2_messages(str(file), topics=plain):
         topic = message.channel.topic
         by_mcap[topic] = by_mcap.get(topic, 0) + 1
-    assert by_mcap == {topic: count for topic, count in by_rosbags.items() if count}
+    assert by_mcap == {topic: by_rosbags[topic] for topic in plain if by_rosbags[topic]}
     wanted = {
         "/joint_states",
         "/humans/bodies/person1/arm",
@@ -88,7 +117,7 @@ def test_a_run_from_start_to_end(launch: Launch) -> None:
         "/robot_description",
     }
     assert wanted <= by_mcap.keys()
-    print(f"{sum(by_mcap.values())} messages of {len(by_mcap)} topics, latency {summary['latency_ms']}")
+    print(f"{sum(by_mcap.values())} messages, latency {summary['latency_ms']}")
 
 
 def test_ctrl_c_stops_the_robot_then_all_nodes(launch: Launch) -> None:
@@ -159,7 +188,8 @@ def test_a_killed_recorder_does_not_end_the_run(launch: Launch, tmp_path: Path) 
     stamps, _ = joint_speeds(tmp_path / "salvaged")
     lost = killed - stamps[-1]
     assert lost <= 1.0
-    print(f"salvaged up to {lost:.2f} s before the kill: {report}")
+    assert report.metadata.message_count > 500
+    print(f"salvaged up to {lost:.2f} s before the kill")
 
 
 def test_a_killed_launcher_leaves_no_orphans(launch: Launch) -> None:
@@ -198,33 +228,42 @@ def test_a_folder_that_cannot_be_used(
 
 @pytest.mark.parametrize(
     ("options", "words"),
-    [
-        (["--planner", "rrt"], "ptomp"),
-        (["--human", "ghost"], "simulated, replay"),
-        (["--human", "replay"], "--human-file"),
-        (["--human", "replay", "--human-file", "/nowhere/run.npz"], "/nowhere/run.npz"),
-        (["--human", "replay", "--human-file", __file__], "test_launch.py"),
-        (["--scenario", "/nowhere/scenario.yaml"], "/nowhere/scenario.yaml"),
-        (["--library", "/nowhere/library.npz"], "/nowhere/library.npz"),
-        (["--parameters", "/nowhere/parameters.yaml"], "/nowhere/parameters.yaml"),
-        (["--reaches", "0"], "reaches"),
-        (["--record", "/proc/nowhere/bag"], "/proc/nowhere/bag"),
-    ],
+    [(["--planner", "rrt"], "ptomp"), (["--human", "replay"], "--human-file")],
 )
-def test_wrong_arguments_are_one_clear_line(
-    launch: Launch, options: list[str], words: str
-) -> None:
+def test_wrong_arguments_end_the_script(launch: Launch, options: list[str], words: str) -> None:
     run = launch(*options)
     assert run.end(20.0) == 1, run.text
     assert words in run.text
     assert "error:" in run.text
-    assert "Traceback" not in run.text
     assert run.text.count("\n") == 1, run.text
 
 
-def test_parameters_that_do_not_fit_are_named_with_the_node(
-    launch: Launch, tmp_path: Path
-) -> None:
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--human", "ghost"], "simulated, replay"),
+        (["--human", "replay", "--human-file", "/nowhere/run.npz"], "/nowhere/run.npz"),
+        (["--human", "replay", "--human-file", __file__], "test_launch.py"),
+        (["--human-file", __file__], "--human replay"),
+        (["--place", "1,2,3,4"], "--human replay"),
+        (["--scenario", "/nowhere/scenario.yaml"], "/nowhere/scenario.yaml"),
+        (["--scenario", __file__], "test_launch.py"),
+        (["--library", "/nowhere/library.npz"], "/nowhere/library.npz"),
+        (["--parameters", "/nowhere/parameters.yaml"], "/nowhere/parameters.yaml"),
+        (["--reaches", "0"], "--reaches 0"),
+        (["--record", "/proc/nowhere/bag"], "/proc/nowhere/bag"),
+    ],
+)
+def test_wrong_arguments_are_one_clear_line(options: list[str], words: str, tmp_path: Path) -> None:
+    """The same command in this process, which takes a hundredth of the time."""
+    done = CliRunner().invoke(app, [*options, "--out", str(tmp_path / "run")])
+    assert done.exit_code == 1
+    text = str(done.exception) if isinstance(done.exception, HriError) else done.output.strip()
+    assert words in text
+    assert "\n" not in text
+
+
+def test_parameters_that_do_not_fit_are_named_with_the_node(launch: Launch, tmp_path: Path) -> None:
     path = tmp_path / "parameters.yaml"
     path.write_text("predictor: {period: 7.0}\n")
     run = launch("--parameters", str(path), "--reaches", "1")

@@ -83,7 +83,7 @@ def test_path_is_lifted_and_slower_people_take_longer():
 
 def test_motion_stays_within_reach_at_full_stretch():
     spec = PersonSpec(variability=3.0)
-    low, high = spec.arm.reach
+    _, high = spec.arm.reach
     edge = np.array(spec.shoulder) + 0.999 * high * np.array([-0.9, 0.1, -0.4243])
     for seed in range(30):
         person = SimulatedPerson(spec, seed)

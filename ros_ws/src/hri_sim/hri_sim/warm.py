@@ -18,7 +18,9 @@ def warm_simulation() -> None:
     simulation = Simulation(scenario)
     robot = simulation.robot
     body_id = scenario.persons[0].id
-    simulation.set_arm(body_id, scenario.persons[0].arm.posture(np.array(scenario.persons[0].home), 0.2))
+    simulation.set_arm(
+        body_id, scenario.persons[0].arm.posture(np.array(scenario.persons[0].home), 0.2)
+    )
     goal = np.array(scenario.targets[scenario.reaches[0].robot_target])
     time_s, q = nominal_motion(robot, np.array(scenario.robot_start), goal, 1.5, 25.0)
     zeros = np.zeros_like(q)

@@ -17,14 +17,19 @@ class PtompNodeConfig:
     target_positions: tuple[float, ...] = parameter(
         (), "Their tool positions, three numbers each", unit="m"
     )
-    table_center: tuple[float, ...] = parameter((), "Centre of the table; empty: no table", unit="m")
+    table_center: tuple[float, ...] = parameter(
+        (), "Centre of the table; empty: no table", unit="m"
+    )
     table_size: tuple[float, ...] = parameter((), "Full edge lengths of the table", unit="m")
     replan_interval: float = parameter(
         0.036, "Time between hand-overs; shorter reacts faster and plans less", unit="s",
         low=0.008, high=0.5,
     )  # fmt: skip
     compute_share: float = parameter(
-        0.5, "Share of the interval that the optimiser may take; the rest is slack", low=0.05, high=0.9
+        0.5,
+        "Share of the interval that the optimiser may take; the rest is slack",
+        low=0.05,
+        high=0.9,
     )
     slowdown: float = parameter(
         1.0, "Lock-step only: how many times slower than the reference machine", low=0.01
@@ -36,10 +41,18 @@ class PtompNodeConfig:
         20.0, "A motion that takes longer ends as blocked", unit="s", low=1.0
     )
     goal_tolerance: float = parameter(
-        0.005, "Distance of the tool at which the goal counts as reached", unit="m", low=1e-4, high=0.1
+        0.005,
+        "Distance of the tool at which the goal counts as reached",
+        unit="m",
+        low=1e-4,
+        high=0.1,
     )
     rest_speed: float = parameter(
-        0.02, "Joint speed below which the robot counts as at rest", unit="rad/s", low=1e-3, high=0.5
+        0.02,
+        "Joint speed below which the robot counts as at rest",
+        unit="rad/s",
+        low=1e-3,
+        high=0.5,
     )
     max_joint_age: float = parameter(
         0.1, "Joint states older than this stop the robot", unit="s", low=0.01, high=2.0
@@ -56,7 +69,9 @@ class PtompNodeConfig:
     require_tracking: bool = parameter(
         True, "Do not move before a source says who is tracked (an empty list is an answer)"
     )
-    radius_upper_arm: float = parameter(0.05, "Radius of the upper arm", unit="m", low=0.0, high=0.3)
+    radius_upper_arm: float = parameter(
+        0.05, "Radius of the upper arm", unit="m", low=0.0, high=0.3
+    )
     radius_forearm: float = parameter(0.04, "Radius of the forearm", unit="m", low=0.0, high=0.3)
     radius_hand: float = parameter(0.05, "Radius of the hand", unit="m", low=0.0, high=0.3)
 

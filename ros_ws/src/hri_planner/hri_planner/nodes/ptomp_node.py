@@ -26,13 +26,13 @@ from hri_planner.nodes.motion import Motion
 from hri_planner.nodes.ptomp_config import PtompNodeConfig
 from hri_planner.ptomp.budget import VirtualTimeBudget
 from hri_planner.ptomp.config import PtompConfig
-from hri_planner.ptomp.plan import JointPlan
 from hri_planner.ptomp.costs import TableBox
 from hri_planner.ptomp.planner import PlannerSnapshot, PtompPlanner, ReplanResult
 from hri_planner.robot.model import load_robot
 from hri_planner.ros.conversions import joints_from_message, trajectory_message
 from hri_planner.ros.inputs import Inputs
 from hri_planner.ros.markers import plan_markers
+from hri_planner.ros.tracker import PlanTracker, Published
 from hri_planner.ros.worker import Worker
 from hri_planner.warm import warm_kernels
 from hri_prediction.errors import DataError, PlanningError
@@ -54,6 +54,8 @@ FloatArray = NDArray[np.float64]
 TICK_S = 0.004
 HEARTBEAT_NS = 20_000_000
 FEEDBACK_NS = 100_000_000
+HELD_GAP_RAD = 1e-3
+"""A controller that stands this far off the newest plan has dropped it."""
 DURATIONS_S = (0.1, 60.0)
 """Durations that a goal may ask for [s]."""
 SETTLE_NS = 100_000_000
@@ -124,7 +126,7 @@ class PtompNode(HriNode):
         self._next_cycle_ns = 0
         self._last_plan_ns = 0
         self._last_tick_ns = 0
-        self._published: deque[tuple[int, JointPlan]] = deque(maxlen=8)
+        self._plans_sent = PlanTracker()
         self._last: _Cycle | None = None
         self._stage = PlannerStatus.IDLE
         self._reason = ""
@@ -136,7 +138,6 @@ class PtompNode(HriNode):
         self._late_ms: deque[float] = deque(maxlen=1000)
         self._plans = 0
         self._misses = 0
-        self._jump = 0.0
         warm_kernels()
 
         self._trajectory = self.announce(
@@ -317,9 +318,7 @@ class PtompNode(HriNode):
                 motion.lost_since_ns = None
         self._scale = 1.0
         if motion is not None:
-            motion.min_separation = min(
-                motion.min_separation, self._inputs.separation(self._robot)
-            )
+            motion.min_separation = min(motion.min_separation, self._inputs.separation(self._robot))
             if self._has_ended(now_ns, motion):
                 return
         if not self._worker.busy and now_ns >= self._next_cycle_ns:
@@ -353,7 +352,7 @@ class PtompNode(HriNode):
     def _halt(self) -> None:
         """Stop along the present path: an empty trajectory, as for joint_trajectory_controller."""
         self._trajectory.publish(JointTrajectory(joint_names=list(self._robot.joint_names)))
-        self._published.clear()
+        self._plans_sent.clear()
         self._holding = False
 
     def _has_ended(self, now_ns: int, motion: Motion) -> bool:
@@ -373,7 +372,8 @@ class PtompNode(HriNode):
         if (now_ns - motion.accepted_ns) / NANO > self._config.max_duration:
             self._halt()
             reason = self._reason or "no way to the goal was found in time"
-            self._end(motion, ReachTarget.Result.BLOCKED, f"gave up {distance:.2f} m away: {reason}")
+            text = f"gave up {distance:.2f} m away: {reason}"
+            self._end(motion, ReachTarget.Result.BLOCKED, text)
             return True
         return False
 
@@ -388,9 +388,12 @@ class PtompNode(HriNode):
     # ------------------------------------------------------------------ planning
     def _start_cycle(self, now_ns: int, motion: Motion | None) -> None:
         handover_ns = now_ns + self._interval_ns
-        if motion is not None and not motion.started:
-            if not self._may_begin(now_ns, motion) or not self._begin(motion, handover_ns):
-                return
+        if (
+            motion is not None
+            and not motion.started
+            and not (self._may_begin(now_ns, motion) and self._begin(motion, handover_ns))
+        ):
+            return
         handover_s = (handover_ns - self._origin_ns) / NANO
         self._follow_reference(handover_ns)
         try:
@@ -422,9 +425,7 @@ class PtompNode(HriNode):
             result = self._planner.replan(
                 handover_s, forecasts, iterations=iterations, deadline=deadline
             )
-            return _Cycle(
-                number, handover_ns, newest_ns, before, result, time.monotonic() - start
-            )
+            return _Cycle(number, handover_ns, newest_ns, before, result, time.monotonic() - start)
 
         self._worker.submit(job)
         if self.lockstep:
@@ -465,11 +466,10 @@ class PtompNode(HriNode):
                 self._halt()
             self._end(motion, ReachTarget.Result.UNREACHABLE, str(error))
             return False
-        self._published.clear()
+        self._plans_sent.clear()
         motion.started = True
         self._holding = False
         self._last_plan_ns = handover_ns
-        self._jump = 0.0
         return True
 
     def _free_steps(self, handover_s: float) -> int:
@@ -477,23 +477,6 @@ class PtompNode(HriNode):
         plan = self._planner.plan
         left = 0.0 if plan is None else max(plan.end_s - handover_s, 0.0)
         return round(left / self._config.default_duration * self._planner_config.num_timesteps)
-
-    def _progress(self, time_ns: int, arrival_ns: int) -> tuple[JointPlan, float, float] | None:
-        """Published plan that the controller follows, its plan time at a hand-over, and its rate.
-
-        Until a trajectory sent now arrives, the old one advances at the present rate; from then to the
-        hand-over both advance alike, so the old one advances by what is left on the new one's clock.
-        """
-        reference = self._inputs.reference
-        if reference is None or reference.state == ControllerState.IDLE:
-            return None
-        stamp_ns = to_ns(reference.trajectory)
-        plan = next((p for due, p in self._published if abs(due - stamp_ns) < 1000), None)
-        if plan is None:
-            return None
-        rate = float(reference.speed_scale)
-        ahead = rate * (arrival_ns - to_ns(reference.header.stamp)) + (time_ns - arrival_ns)
-        return plan, plan.start_s + reference.time_in_trajectory + ahead / NANO, rate
 
     def _arrival_ns(self, handover_ns: int) -> int:
         """When the plan for a hand-over reaches the controller: at once in lock-step."""
@@ -504,22 +487,33 @@ class PtompNode(HriNode):
 
     def _state_at(self, time_ns: int) -> tuple[FloatArray, FloatArray, FloatArray] | None:
         """State on the path that the controller will have at ``time_ns``; none when it is idle."""
-        progress = self._progress(time_ns, self._arrival_ns(time_ns))
-        return None if progress is None else progress[0].sample(progress[1])
+        progress = self._plans_sent.progress(
+            self._inputs.reference, time_ns, self._arrival_ns(time_ns)
+        )
+        return None if progress is None else progress.published.plan.sample(progress.plan_time_s)
 
     def _follow_reference(self, handover_ns: int) -> None:
-        """When speed scaling has held the robot back, plan on from where it really will be."""
-        progress = self._progress(handover_ns, self._arrival_ns(handover_ns))
+        """Plan on from where the robot will be, when that is not where the newest plan says.
+
+        That is so when speed scaling has held it back, or the newest plan did not get through.
+        """
+        reference, newest = self._inputs.reference, self._plans_sent.newest
+        handover_s = (handover_ns - self._origin_ns) / NANO
+        progress = self._plans_sent.progress(reference, handover_ns, self._arrival_ns(handover_ns))
         if progress is None:
+            if reference is None or newest is None or reference.state != ControllerState.IDLE:
+                return
+            stands_at = np.array(reference.reference_position)
+            gap = np.abs(newest.plan.sample(handover_s)[0] - stands_at).max()
+            if to_ns(reference.header.stamp) > newest.due_ns and gap > HELD_GAP_RAD:
+                self._planner.resync(stands_at, np.zeros(7), handover_s)
             return
-        plan, plan_time, rate = progress
-        if plan is not self._published[-1][1]:
-            return  # the controller does not have the newest plan yet
-        lag = (handover_ns - self._origin_ns) / NANO - plan_time
-        # Without scaling there is no lag beyond rounding, and the newest plan may not have begun yet.
-        if rate > 0.999 and lag < 1e-6:
-            return
-        self._planner.follow(plan.shifted(lag))
+        lag = handover_s - progress.plan_time_s
+        if progress.refused:
+            self._planner.restore(progress.published.snapshot)
+        elif not progress.newest or (progress.rate > 0.999 and lag < 1e-6):
+            return  # the newest plan is on its way, or runs as planned
+        self._planner.follow(progress.published.plan.shifted(lag))
 
     def _collect(self, now_ns: int) -> None:
         """Publish the plan that has become ready, unless it is late."""
@@ -540,6 +534,10 @@ class PtompNode(HriNode):
         self._plans += 1
         self._compute_ms.append(cycle.compute_s * 1e3)
         self._late_ms.append((now_ns - cycle.handover_ns) / 1e6)
+        if self._scale == 0.0:
+            # Made for a robot that moves on; it is being stopped.
+            self._planner.restore(cycle.before)
+            return
         if now_ns > cycle.handover_ns:
             self._misses += 1
             if motion is not None:
@@ -553,11 +551,7 @@ class PtompNode(HriNode):
 
     def _publish_plan(self, now_ns: int, motion: Motion | None, cycle: _Cycle) -> None:
         result = cycle.result
-        old = self._published[-1][1] if self._published else None
-        start_q = result.plan.q[0]
-        if old is not None:
-            self._jump = float(np.abs(old.sample(result.plan.start_s)[0] - start_q).max())
-        self._published.append((cycle.handover_ns, result.plan))
+        self._plans_sent.add(Published(cycle.handover_ns, result.plan, self._planner.snapshot()))
         self._trajectory.publish(
             trajectory_message(result.plan, self._robot.joint_names, cycle.handover_ns)
         )
@@ -578,6 +572,7 @@ class PtompNode(HriNode):
             self._markers.publish(plan_markers(result.plan, self._robot, now_ns))
 
     def _publish_status(self, now_ns: int, motion: Motion | None, cycle: _Cycle | None) -> None:
+        reference = self._inputs.reference
         message = PlannerStatus(
             header=Header(stamp=to_time(now_ns), frame_id=WORLD),
             stage=self._stage,
@@ -585,7 +580,7 @@ class PtompNode(HriNode):
             motion=self._motions,
             clearance=self._inputs.separation(self._robot),
             speed_scale=self._scale,
-            handover_jump=self._jump,
+            handover_jump=0.0 if reference is None else reference.max_handover_jump,
             predicted_clearance=1e9,
             first_contact=-1.0,
         )

@@ -65,7 +65,9 @@ def trajectory_message(
     message = JointTrajectory(
         header=Header(stamp=to_time(handover_ns)), joint_names=list(joint_names)
     )
-    for time_s, q, qd, qdd in zip(plan.time_s - plan.time_s[0], plan.q, plan.qd, plan.qdd, strict=True):
+    for time_s, q, qd, qdd in zip(
+        plan.time_s - plan.time_s[0], plan.q, plan.qd, plan.qdd, strict=True
+    ):
         seconds, nanoseconds = divmod(round(float(time_s) * 1e9), NANO)
         message.points.append(
             JointTrajectoryPoint(

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from hri_planner.ptomp.forecast import HumanForecast
 from hri_planner.robot.model import RobotModel
 from hri_planner.ros.conversions import forecast_from_message
-from hri_planner.ptomp.forecast import HumanForecast
 from hri_prediction.geometry.segments import capsule_distances
 from hri_prediction.ros.messages import ControllerState, HumanPrediction
 from hri_prediction.ros.time import NANO, to_ns
@@ -51,6 +51,11 @@ class Inputs:
             return f"/joint_states are {age:.2f} s old"
         if age < -self.max_joint_age_s:
             return f"/joint_states are stamped {-age:.2f} s in the future"
+        if self.reference is not None:
+            # Plans begin where the controller is: extrapolated over a stall, that is a jump.
+            age = (now_ns - to_ns(self.reference.header.stamp)) / NANO
+            if abs(age) > self.max_joint_age_s:
+                return f"the controller's reference is {age:.2f} s old"
         if self.tracked is None:
             return "nothing says who is tracked" if self.require_tracking else ""
         for body_id in self.tracked:

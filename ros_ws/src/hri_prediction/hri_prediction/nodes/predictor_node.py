@@ -12,8 +12,8 @@ from hri_prediction.config import parameter, validate
 from hri_prediction.errors import DataError, HriError
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.library import TaskLibrary
-from hri_prediction.prediction.predictor import ReachPredictor
 from hri_prediction.prediction.output import Prediction, ReachState
+from hri_prediction.prediction.predictor import ReachPredictor
 from hri_prediction.ros.conversions import message_from_prediction, sample_from_message
 from hri_prediction.ros.markers import arm_markers, prediction_markers
 from hri_prediction.ros.messages import HumanArm, HumanPrediction, IdsList, LoadModel
@@ -33,9 +33,7 @@ class PredictorNodeConfig:
     library: str = parameter(
         "", "Path of a task library (.npz of train_promp.py); empty: constant-velocity prediction"
     )
-    period: float = parameter(
-        0.02, "Period of the predictions", unit="s", low=0.004, high=0.04
-    )
+    period: float = parameter(0.02, "Period of the predictions", unit="s", low=0.004, high=0.04)
     max_future: float = parameter(
         0.05, "A stamp further ahead of the clock than this is refused", unit="s", low=0.0
     )

@@ -106,11 +106,19 @@ def write_results(result: TrainingResult, out: Path, seed: int) -> None:
 
 @app.command()
 def train_promp(
-    files: Annotated[list[Path], typer.Argument(help="Recordings of reaches: track files (NPZ, CSV, QTM TSV) or bags.")],
+    files: Annotated[
+        list[Path],
+        typer.Argument(help="Recordings of reaches: track files (NPZ, CSV, QTM TSV) or bags."),
+    ],
     out: Annotated[Path, typer.Option(help="Folder for library.npz, results.json, table, plot.")],
     task_from: Annotated[
-        str, typer.Option(help="What names a task: " + ", ".join(TASK_FIELDS) + ". movement tells the reaches of a "
-            "continuous recording apart by start and end.")
+        str,
+        typer.Option(
+            help="What names a task: "
+            + ", ".join(TASK_FIELDS)
+            + ". movement tells the reaches of a "
+            "continuous recording apart by start and end."
+        ),
     ] = "task",
     leave_out_subject: Annotated[
         str, typer.Option(help="Subject whose reaches are kept out, to test on.")

@@ -247,11 +247,10 @@ def train_from_files(
             progress(f"reading {path}")
         tracks += [seated(track, place) for track in read_tracks(path)]
     subjects = sorted({t.subject for t in tracks})
-    if leave_out_subject:
-        if leave_out_subject not in subjects:
-            raise DataError(
-                f"no subject {leave_out_subject!r}", expected="one of " + ", ".join(subjects)
-            )
+    if leave_out_subject and leave_out_subject not in subjects:
+        raise DataError(
+            f"no subject {leave_out_subject!r}", expected="one of " + ", ".join(subjects)
+        )
     if leave_out_subject or leave_out_trial is not None:
         tracks = [
             t

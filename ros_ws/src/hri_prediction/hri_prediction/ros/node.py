@@ -170,7 +170,7 @@ class HriNode(Node):
 
     # ---------------------------------------------------------------- health
     def fault(self, key: str, text: str, level: bytes = WARN) -> None:
-        """Note a fault: said in the log when it is new, on /diagnostics for the next five seconds."""
+        """Note a fault: said in the log when it is new, on /diagnostics for five seconds."""
         known = key in self._faults
         self._faults[key] = (self.now_ns() + 5 * NANO, text)
         if not known:

@@ -170,7 +170,7 @@ class ArmTrack:
         if not (math.isfinite(rate_hz) and rate_hz > 0.0):
             raise DataError(f"rate_hz = {rate_hz!r}", expected="a positive rate in Hz")
         # The tolerance keeps the last row when duration * rate is a whole number up to rounding.
-        count = int(math.floor(self.duration * rate_hz + 1e-6)) + 1
+        count = math.floor(self.duration * rate_hz + 1e-6) + 1
         if count < 2:
             raise DataError(
                 f"{rate_hz:g} Hz leaves {count} row of {self.duration:g} s", expected="two rows"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +14,7 @@ from rclpy.action import ActionClient
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import JointState
 
 from hri_prediction.errors import GraphError
 from hri_prediction.ros.conversions import WORLD
@@ -33,12 +34,18 @@ OUTCOMES = {
     ReachTarget.Result.PREEMPTED: "preempted",
     ReachTarget.Result.FAILED: "failed",
 }
+DISCOVERY_S = 1.0
+"""How long to look for another graph before the start [s]."""
 CUE_LEAD_S = 0.1
 """The cue is sent this long before the reach begins, so that everyone has it in time [s]."""
 PATIENCE_S = 20.0
 """How long a node may warn before the run begins all the same [s]."""
 STOP_S = 0.4
 """Time for the robot to come to rest when a run is broken off [s]."""
+LONGEST_STOP_S = 2.0
+"""The same for one that still moves after that, on a machine that is busy [s]."""
+REST_SPEED = 0.02
+"""Joint speed below which the robot counts as at rest [rad/s]."""
 REST_S = 0.5
 """Rest between reaches, in which the predictor sees that nobody moves [s]."""
 
@@ -134,8 +141,16 @@ class Conductor:
         """Cancel the motion and leave the stop chain its time: nodes are stopped only afterwards."""
         if self._goal is not None:
             self._goal.cancel_goal_async()
-        end = time.monotonic() + STOP_S
-        while time.monotonic() < end:
+        fastest = [0.0]
+
+        def note(joints: JointState) -> None:
+            fastest[0] = max((abs(speed) for speed in joints.velocity), default=0.0)
+
+        self._node.create_subscription(JointState, "joint_states", note, SENSOR)
+        begin = time.monotonic()
+        while time.monotonic() < begin + STOP_S or (
+            fastest[0] > REST_SPEED and time.monotonic() < begin + LONGEST_STOP_S
+        ):
             self._executor.spin_once(timeout_sec=0.02)
 
     # ------------------------------------------------------------------ listening
@@ -174,6 +189,26 @@ class Conductor:
         """Wait, listening."""
         end = time.monotonic() + seconds
         self.spin_until(lambda: time.monotonic() >= end, seconds + 5.0, "the end of a rest")
+
+    def check_alone(self, labels: Sequence[str]) -> None:
+        """Make sure that no other graph is on this ROS domain: two of them would hear each other.
+
+        Args:
+            labels: Nodes that are about to be started.
+
+        Raises:
+            GraphError: when one of them is there already.
+        """
+        end = time.monotonic() + DISCOVERY_S
+        while time.monotonic() < end:
+            self._executor.spin_once(timeout_sec=0.02)
+            present = sorted(set(labels) & set(self._node.get_node_names()))
+            if present:
+                raise GraphError(
+                    f"another graph is running in ROS domain {self._node.context.get_domain_id()}: "
+                    f"{', '.join(present)}",
+                    hint="stop it, or set ROS_DOMAIN_ID to another number for one of the two",
+                )
 
     def wait_ready(self, timeout_s: float = 60.0) -> None:
         """Wait until every node has said that it runs well, and the action is there.
@@ -283,7 +318,9 @@ class Conductor:
             words.append(f"{self._status.distance_to_goal * 100:5.1f} cm to go")
             words.append(f"replans {self._status.replan}")
         if self._state is not None and self._state.clearance < 1e8:
-            words.append(f"clear {self._state.clearance * 100:5.1f} cm (least {self._smallest * 100:.1f})")
+            words.append(
+                f"clear {self._state.clearance * 100:5.1f} cm (least {self._smallest * 100:.1f})"
+            )
         if self._status is not None and self._status.reason:
             words.append(self._status.reason)
         self._say(" · ".join(words))

@@ -52,7 +52,9 @@ def read_parameters(path: Path | None) -> dict[str, dict[str, Any]]:
 @app.command()
 def launch(
     planner: Annotated[str, typer.Option(help="Motion planner: ptomp.")] = "ptomp",
-    human: Annotated[str, typer.Option(help="Where the person comes from: simulated or replay.")] = "simulated",
+    human: Annotated[
+        str, typer.Option(help="Where the person comes from: simulated or replay.")
+    ] = "simulated",
     human_file: Annotated[
         Path | None, typer.Option(help="Recording to replay: mocap bag or track file.")
     ] = None,

@@ -82,7 +82,12 @@ def read_run(
     bodies = [person.id for person in scenario.persons]
     truth = [f"/sim/bodies/{body}/arm" for body in bodies]
     predictions = [f"/humans/bodies/{body}/prediction" for body in bodies]
-    fixed = ["/sim/state", "/joint_states", "/ptomp/status", "/joint_trajectory_controller/reference"]
+    fixed = [
+        "/sim/state",
+        "/joint_states",
+        "/ptomp/status",
+        "/joint_trajectory_controller/reference",
+    ]
     trajectories = "/joint_trajectory_controller/joint_trajectory"
     topics = {*fixed, *truth, *predictions, trajectories}
     data = _decode(reader, topics & set(reader.topics) | set(fixed))
@@ -104,7 +109,9 @@ def read_run(
         arms=_arms([data.get(topic, []) for topic in truth], stamps),
         clearance_m=np.where(clearance < _FAR, clearance, np.inf),
         reaches=tuple(
-            ReachMark((r.cue_ns - origin) / NANO, (r.end_ns - origin) / NANO, f"reach {r.index + 1}")
+            ReachMark(
+                (r.cue_ns - origin) / NANO, (r.end_ns - origin) / NANO, f"reach {r.index + 1}"
+            )
             for r in reports
         ),
         predictions=_predictions(
@@ -138,9 +145,7 @@ def read_run(
         misses=np.array([m.deadline_misses for m in status], dtype=np.int64),
         mocap_to_prediction_ms=np.array(to_prediction),
         mocap_to_trajectory_ms=np.array(to_trajectory),
-        rates_hz={
-            t.topic: t.rate_hz if math.isfinite(t.rate_hz) else 0.0 for t in report.topics
-        },
+        rates_hz={t.topic: t.rate_hz if math.isfinite(t.rate_hz) else 0.0 for t in report.topics},
         lost_messages=sum(t.missing or 0 for t in report.topics),
     )
 
@@ -161,9 +166,7 @@ def _arms(messages: list[list[tuple[int, Any]]], stamps: NDArray[np.int64]) -> F
     return arms
 
 
-def _predictions(
-    data: dict[str, list[tuple[int, Any]]], origin: int
-) -> tuple[PredictionMark, ...]:
+def _predictions(data: dict[str, list[tuple[int, Any]]], origin: int) -> tuple[PredictionMark, ...]:
     marks = []
     for body_id, messages in data.items():
         for _, message in messages:
@@ -201,7 +204,8 @@ def with_baseline(record: RunRecord) -> RunRecord:
     hold = max(float(record.time_s[-1]) - starts[-1] - scenario.reaches[-1].duration, 0.6)
     result = run_baseline(scenario, truth, starts, hold_s=hold)
     return replace(
-        record, baseline=BaselineTrack(time_s=result.time_s, q=result.q, clearance_m=result.clearance_m)
+        record,
+        baseline=BaselineTrack(time_s=result.time_s, q=result.q, clearance_m=result.clearance_m),
     )
 
 

@@ -61,8 +61,12 @@ DEMO_HEAD = (
 
 
 def reproduce_demo(
-    out: Annotated[Path, typer.Option(help="Folder for demo.md and demo.json.")] = Path("docs/results"),
-    runs: Annotated[Path, typer.Option(help="Folder for the runs; new or empty.")] = Path("runs/reproduce_demo"),
+    out: Annotated[Path, typer.Option(help="Folder for demo.md and demo.json.")] = Path(
+        "docs/results"
+    ),
+    runs: Annotated[Path, typer.Option(help="Folder for the runs; new or empty.")] = Path(
+        "runs/reproduce_demo"
+    ),
     seeds: Annotated[int, typer.Option(help="Number of seeds.", min=1)] = 10,
     first_seed: Annotated[int, typer.Option(help="First seed.", min=0)] = 100,
 ) -> None:
@@ -153,7 +157,9 @@ def vicon_cases(folder: Path, count: int) -> list[ReplayCase]:
         own = [group for key, group in sorted(groups.items()) if key[0] == subject]
         track = own[number % len(own)][0]
         others = [t for key, group in groups.items() if key[0] != subject for t in group]
-        cases.append(ReplayCase(f"vicon_{subject}_{track.task}_{track.side}", track, others, "task"))
+        cases.append(
+            ReplayCase(f"vicon_{subject}_{track.task}_{track.side}", track, others, "task")
+        )
     return cases
 
 
@@ -209,8 +215,12 @@ def replay_row(name: str, summary: dict[str, Any], coverage: Coverage | None) ->
 
 
 def reproduce_replay(
-    out: Annotated[Path, typer.Option(help="Folder for replay.md and replay.json.")] = Path("docs/results"),
-    runs: Annotated[Path, typer.Option(help="Folder for the runs; new or empty.")] = Path("runs/reproduce_replay"),
+    out: Annotated[Path, typer.Option(help="Folder for replay.md and replay.json.")] = Path(
+        "docs/results"
+    ),
+    runs: Annotated[Path, typer.Option(help="Folder for the runs; new or empty.")] = Path(
+        "runs/reproduce_replay"
+    ),
     dfki: Annotated[int, typer.Option(help="Pick-and-place runs to replay.", min=0)] = 5,
     vicon: Annotated[int, typer.Option(help="Seated reaches to replay.", min=0)] = 10,
     seed: Annotated[int, typer.Option(help="Seed of the robot's scenes.", min=0)] = 0,

@@ -14,13 +14,14 @@ from typing import Any
 
 import psutil
 from rich.console import Console
+from rich.markup import escape
 
 from hri_prediction.errors import ConfigError, HriError
 from hri_prediction.prediction.library import TaskLibrary, train_library
 from hri_prediction.tracks.files import load_tracks
 from hri_prediction.tracks.placement import Placement
 from hri_prediction.tracks.seating import suggest_placement
-from hri_sim.launch.conductor import Conductor, NodeDeath, ReachReport
+from hri_sim.launch.conductor import Conductor, NodeDeath
 from hri_sim.launch.record import Series, read_run, with_baseline
 from hri_sim.launch.summary import summarise, write_summary
 from hri_sim.launch.supervisor import NodeSpec, Supervisor
@@ -96,7 +97,9 @@ def prepare_folder(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         if any(folder.iterdir()):
             raise ConfigError(
-                f"{folder} is not empty", expected="a new or empty folder", hint="choose another --out"
+                f"{folder} is not empty",
+                expected="a new or empty folder",
+                hint="choose another --out",
             )
         probe = folder / ".probe"
         probe.write_text("")
@@ -109,7 +112,15 @@ def prepare_folder(folder: Path) -> None:
 
 def _scene(options: RunOptions) -> tuple[Scenario, Placement | None]:
     """Scenario of the run, and where a recording is put."""
+    if options.reaches is not None and options.reaches < 1:
+        raise ConfigError(f"--reaches {options.reaches}", expected="at least 1")
     if options.human == "simulated":
+        for name in ("human_file", "trial", "place"):
+            if getattr(options, name) is not None:
+                raise ConfigError(
+                    f"--{name.replace('_', '-')} with a simulated person",
+                    hint="give --human replay as well",
+                )
         if options.scenario is not None:
             return load_scenario(options.scenario), None
         return draw_scenario(options.seed, options.reaches or 3), None
@@ -197,6 +208,7 @@ def node_specs(
             },
             essential=False,
             last=True,
+            urgent=False,
         ),
     ]
     if options.human == "simulated":
@@ -233,7 +245,7 @@ def _status_line(console: Console) -> Iterator[Callable[[str], None]]:
     """A live line on a terminal; on anything else, a plain line a second at most."""
     if console.is_terminal:
         with console.status("starting") as status:
-            yield lambda text: status.update(text)
+            yield lambda text: status.update(escape(text))
         return
     last = {"time": -10.0, "text": ""}
 
@@ -241,7 +253,7 @@ def _status_line(console: Console) -> Iterator[Callable[[str], None]]:
         now = time.monotonic()
         if text != last["text"] and now - float(last["time"]) >= 1.0:  # type: ignore[arg-type]
             last.update(time=now, text=text)
-            console.print(text, highlight=False)
+            _print(console, text)
 
     yield say
 
@@ -265,11 +277,10 @@ def run_graph(options: RunOptions, console: Console) -> RunResult:
     library = _library(options, scenario)
     specs = node_specs(options, scenario, scenario_path, library, placement, bag)
     with _status_line(console) as say, Supervisor(options.out) as supervisor:
-        supervisor.start(specs)
-        conductor = Conductor(
-            scenario, supervisor, say, tell=lambda text: console.print(text, highlight=False)
-        )
+        conductor = Conductor(scenario, supervisor, say, tell=lambda text: _print(console, text))
         try:
+            conductor.check_alone([spec.label for spec in specs])
+            supervisor.start(specs)
             conductor.wait_ready(READY_TIMEOUT_S)
             load = CpuMeter([*supervisor.pids.values(), os.getpid()])
             reports = conductor.run()
@@ -292,9 +303,7 @@ def run_graph(options: RunOptions, console: Console) -> RunResult:
         title=f"{scenario.name} · {options.planner} · seed {options.seed}",
     )
     series = replace(series, record=with_baseline(series.record))
-    summary = summarise(
-        series, reports, wanted=len(scenario.reaches), bag=bag, seed=options.seed
-    )
+    summary = summarise(series, reports, wanted=len(scenario.reaches), bag=bag, seed=options.seed)
     write_summary(options.out / "summary.json", summary)
     return RunResult(summary, series, bag, cpu_cores)
 
@@ -322,7 +331,13 @@ class CpuMeter:
 
 def explain(error: HriError, console: Console) -> None:
     """Say why a run failed; of a dead node, its last words too."""
-    console.print(f"[red]error:[/] {error}", highlight=False)
+    console.print("[red]error:[/] ", end="", highlight=False)
+    _print(console, str(error))
     if isinstance(error, NodeDeath):
         for line in error.death.last_words:
-            console.print(f"  {line}", highlight=False, markup=False)
+            _print(console, f"  {line}")
+
+
+def _print(console: Console, text: str) -> None:
+    """One line as it is: brackets are no markup, and a pipe gets it unbroken."""
+    console.print(text, highlight=False, markup=False, soft_wrap=True)

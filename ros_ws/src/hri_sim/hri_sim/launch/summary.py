@@ -65,9 +65,7 @@ def reach_figures(series: Series, reports: list[ReachReport]) -> list[ReachFigur
                 outcome=report.outcome,
                 reason=report.reason,
                 goal_error_m=_goal_error(series, mark.end_s, target),
-                min_clearance_m=_least(
-                    series.record.clearance_m[during(series.record.time_s)]
-                ),
+                min_clearance_m=_least(series.record.clearance_m[during(series.record.time_s)]),
                 duration_s=report.duration_s,
                 replans=report.replans,
                 deadline_misses=int(misses.max()) if len(misses) else 0,
@@ -105,7 +103,9 @@ def summarise(
     outcome = bad[0] if bad else ("reached" if len(reaches) == wanted else "incomplete")
     rates = {"mocap": 0.0, "prediction": 0.0}
     for body in series.record.scenario.persons:
-        rates["mocap"] = max(rates["mocap"], series.rates_hz.get(f"/humans/bodies/{body.id}/arm", 0.0))
+        rates["mocap"] = max(
+            rates["mocap"], series.rates_hz.get(f"/humans/bodies/{body.id}/arm", 0.0)
+        )
         rates["prediction"] = max(
             rates["prediction"], series.rates_hz.get(f"/humans/bodies/{body.id}/prediction", 0.0)
         )
@@ -183,7 +183,7 @@ def print_table(console: Console, summary: dict[str, Any]) -> None:
     )
     for number, reach in enumerate(summary["reaches"], 1):
         if reach["outcome"] != "reached":
-            console.print(f"reach {number}: {reach['reason']}", highlight=False)
+            console.print(f"reach {number}: {reach['reason']}", highlight=False, markup=False)
     latency = summary["latency_ms"]["mocap_to_trajectory"]
     if latency["p50"] is not None:
         console.print(

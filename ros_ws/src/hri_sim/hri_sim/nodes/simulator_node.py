@@ -88,6 +88,8 @@ class SimulatorNode(HriNode):
         self._busy_s: deque[float] = deque(maxlen=500)
         self._slips = 0
         self._rejected = 0
+        # Stamp of the active trajectory as its sender knows it, also after simulated time slipped.
+        self._active_ns = 0
         self._wall_base_s = time.monotonic()
         warm_simulation()
         self._load(read_scenario(config.scenario), self.now_ns())
@@ -98,9 +100,7 @@ class SimulatorNode(HriNode):
             ControllerState, "joint_trajectory_controller/reference", SENSOR
         )
         self._description = self.announce(String, "robot_description", LATCHED)
-        self._clock_topic = (
-            self.announce(Clock, "/clock", SENSOR) if config.publish_clock else None
-        )
+        self._clock_topic = self.announce(Clock, "/clock", SENSOR) if config.publish_clock else None
         self.listen(
             JointTrajectoryMessage,
             "joint_trajectory_controller/joint_trajectory",
@@ -143,14 +143,18 @@ class SimulatorNode(HriNode):
     def _on_trajectory(self, message: JointTrajectoryMessage) -> None:
         try:
             trajectory = _trajectory(message)
+            ros_ns = trajectory.stamp_ns or self._base_ns + self._simulation.time_ns
             if trajectory.stamp_ns:
                 # The controller runs on simulated time; 0 means "now" to it.
                 stamp_ns = max(trajectory.stamp_ns - self._base_ns, 1)
                 trajectory = replace(trajectory, stamp_ns=stamp_ns)
-            self._simulation.controller.accept(
+            controller = self._simulation.controller
+            controller.accept(
                 trajectory,
                 needs_replan=self._physics.command_timeout > 0.0 and len(message.points) > 1,
             )
+            if message.points:
+                self._active_ns = ros_ns
         except DataError as error:
             self._rejected += 1
             self._simulation.controller.rejection = str(error)
@@ -204,7 +208,9 @@ class SimulatorNode(HriNode):
         if due < 0 or due > MAX_CATCH_UP:
             self._slips += 1
             what = "went back" if due < 0 else "ran ahead"
-            self.fault("slip", f"the clock {what} by {abs(due) * PERIOD_S:.3f} s; simulated time goes on")
+            self.fault(
+                "slip", f"the clock {what} by {abs(due) * PERIOD_S:.3f} s; simulated time goes on"
+            )
             self._rebase(now_ns - period)
             due = 1
         for _ in range(due):
@@ -261,7 +267,7 @@ class SimulatorNode(HriNode):
                 reason=controller.reason,
                 reference_position=flat(controller.q_ref),
                 reference_velocity=flat(controller.qd_ref),
-                trajectory=to_time(self._base_ns + controller.stamp_ns if controller.stamp_ns else 0),
+                trajectory=to_time(self._active_ns if controller.stamp_ns else 0),
                 time_in_trajectory=controller.time_in_trajectory,
                 speed_scale=scale,
                 max_handover_jump=controller.handover_jump_position,
@@ -302,7 +308,8 @@ def _trajectory(message: JointTrajectoryMessage) -> JointTrajectory:
             optional = what != "positions" and len(getattr(points[0], what)) == 0
             if len(values) != (0 if optional else len(names)):
                 raise DataError(
-                    f"point {index} has {len(values)} {what}", expected=f"{len(names)} (one a joint)"
+                    f"point {index} has {len(values)} {what}",
+                    expected=f"{len(names)} (one a joint)",
                 )
     with_velocity = bool(points) and len(points[0].velocities) > 0
     with_acceleration = with_velocity and len(points[0].accelerations) > 0

@@ -8,8 +8,8 @@
 
 Each entry is a callable that takes ``context=`` and ``lockstep_ns=`` and returns a
 :class:`hri_prediction.ros.node.HriNode`. Same seed, same message sequences, byte for byte.
-``node_factory`` makes such a callable of a node class with parameters and remappings; ``ptomp_graph``
-is the whole graph of a scenario, into which a test puts nodes of its own.
+``node_factory`` makes such a callable of a node class with parameters and remappings;
+``ptomp_graph`` is the whole graph of a scenario, into which a test puts nodes of its own.
 """
 
 from hri_sim.testing.graph import Graph, ReachHandle

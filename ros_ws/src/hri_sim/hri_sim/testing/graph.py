@@ -60,7 +60,7 @@ class Graph:
         timeout_s: Wall time after which a message that does not arrive is an error [s].
 
     Raises:
-        GraphError: when a node's period does not fit, or a subscription does not match its publisher.
+        GraphError: when a node's period does not fit, or a subscription not its publisher.
         HriError: what a factory raises; the nodes made before it are destroyed.
 
     Attributes:

@@ -98,7 +98,7 @@ class LockStep:
             self._periods[node] = period
         self.log = TopicLog(context)
         self.executor = EventsExecutor(context=context)
-        for node in (*self.nodes, self.log):
+        for node in self._all():
             self.executor.add_node(node)
         try:
             self._discover()
@@ -108,8 +108,11 @@ class LockStep:
             self.log.destroy_node()
             raise
 
+    def _all(self) -> list[HriNode | TopicLog]:
+        return [*self.nodes, self.log]
+
     def _listeners(self, topic: str) -> list[HriNode | TopicLog]:
-        return [node for node in (*self.nodes, self.log) if topic in node.received]
+        return [node for node in self._all() if topic in node.received]
 
     def _discover(self) -> None:
         """Wait until every publisher sees all of its subscribers, also those made on the way."""
@@ -119,7 +122,7 @@ class LockStep:
         for node in self.nodes:
             for topic, publisher in node.publishers_by_topic.items():
                 self.log.watch(topic, publisher.message_type, publisher.qos)
-        pairs = {(node, topic) for node in (*self.nodes, self.log) for topic in node.received}
+        pairs = {(node, topic) for node in self._all() for topic in node.received}
         publishers = [
             (node, publisher)
             for node in self.nodes
@@ -230,5 +233,5 @@ class LockStep:
         for node in self.nodes:
             node.close()
         self.executor.shutdown()
-        for node in (*self.nodes, self.log):
+        for node in self._all():
             node.destroy_node()

@@ -1,4 +1,4 @@
-"""The whole ptomp graph of a scenario in lock-step, with the parameters that a launched run gets."""
+"""The whole ptomp graph of a scenario in lock-step, with the parameters of a launched run."""
 
 from __future__ import annotations
 

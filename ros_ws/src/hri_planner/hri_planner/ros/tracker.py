@@ -1,0 +1,98 @@
+"""Which published plan the controller is on, and where on it the robot will be at a hand-over."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+from hri_planner.ptomp.plan import JointPlan
+from hri_planner.ptomp.planner import PlannerSnapshot
+from hri_prediction.ros.messages import ControllerState
+from hri_prediction.ros.time import NANO, to_ns
+
+_SAME_NS = 1000  # stamps of one trajectory agree to rounding
+
+
+@dataclass(frozen=True)
+class Published:
+    """A plan that was sent.
+
+    Attributes:
+        due_ns: ROS time of its first point [ns].
+        plan: The plan.
+        snapshot: The planner's state with it.
+    """
+
+    due_ns: int
+    plan: JointPlan
+    snapshot: PlannerSnapshot
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Where the controller will be at a hand-over.
+
+    Attributes:
+        published: The plan that it follows.
+        plan_time_s: Time of that plan at the hand-over, on the plan clock [s].
+        rate: Rate at which it is followed, 0...1.
+        newest: Whether it is the plan that was sent last.
+        refused: Whether the plan that was sent last is due, but not followed: refused or lost.
+    """
+
+    published: Published
+    plan_time_s: float
+    rate: float
+    newest: bool
+    refused: bool
+
+
+class PlanTracker:
+    """The last plans that were sent."""
+
+    def __init__(self) -> None:
+        self._published: deque[Published] = deque(maxlen=8)
+
+    def clear(self) -> None:
+        """Forget all, as a new motion or a stop asks for."""
+        self._published.clear()
+
+    def add(self, published: Published) -> None:
+        """Note a plan that is being sent."""
+        self._published.append(published)
+
+    @property
+    def newest(self) -> Published | None:
+        """The plan that was sent last."""
+        return self._published[-1] if self._published else None
+
+    def progress(
+        self, reference: ControllerState | None, handover_ns: int, arrival_ns: int
+    ) -> Progress | None:
+        """Where the controller will be; none when it follows no plan of ours.
+
+        Until a trajectory sent now arrives, the old one advances at the present rate; from then to the
+        hand-over both advance alike, so the old one advances by what is left on the new one's clock.
+
+        Args:
+            reference: What the controller said last.
+            handover_ns: Time of the hand-over [ns].
+            arrival_ns: When the next trajectory will arrive [ns].
+        """
+        if reference is None or reference.state == ControllerState.IDLE:
+            return None
+        stamp_ns = to_ns(reference.trajectory)
+        found = next((p for p in self._published if abs(p.due_ns - stamp_ns) < _SAME_NS), None)
+        if found is None:
+            return None
+        said_ns = to_ns(reference.header.stamp)
+        rate = float(reference.speed_scale)
+        ahead = rate * (arrival_ns - said_ns) + (handover_ns - arrival_ns)
+        newest = found is self._published[-1]
+        return Progress(
+            published=found,
+            plan_time_s=found.plan.start_s + reference.time_in_trajectory + ahead / NANO,
+            rate=rate,
+            newest=newest,
+            refused=not newest and said_ns > self._published[-1].due_ns,
+        )

@@ -1,0 +1,51 @@
+"""A launch script that runs in a process of its own."""
+
+from __future__ import annotations
+
+import contextlib
+import subprocess
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import psutil
+
+NODES = ("simulator", "person", "predictor", "ptomp", "recorder")
+
+
+@dataclass
+class Launched:
+    """A launch script that runs, and what it prints."""
+
+    process: subprocess.Popen[str]
+    out: Path
+    printed: Path
+    domain: int
+
+    @property
+    def text(self) -> str:
+        """All that it has printed so far."""
+        return self.printed.read_text()
+
+    def nodes(self) -> dict[str, psutil.Process]:
+        """Its node processes, by name."""
+        found = {}
+        with contextlib.suppress(psutil.NoSuchProcess):
+            for child in psutil.Process(self.process.pid).children(recursive=True):
+                words = child.cmdline()
+                for name in NODES:
+                    if any(word.endswith(f"/{name}") for word in words):
+                        found[name] = child
+        return found
+
+    def wait_for(self, word: str, timeout_s: float = 40.0) -> None:
+        """Until it has printed a word."""
+        end = time.monotonic() + timeout_s
+        while word not in self.text:
+            assert self.process.poll() is None, self.text
+            assert time.monotonic() < end, self.text
+            time.sleep(0.02)
+
+    def end(self, timeout_s: float = 60.0) -> int:
+        """Exit code, once it has ended."""
+        return self.process.wait(timeout_s)
