@@ -182,7 +182,8 @@ def install_requirements(system_ros: bool, dev: bool, env: dict[str, str]) -> No
     if dev:
         steps.append(("dev", REQUIREMENTS / "dev.txt"))
     not_offered = (
-        "the package index does not offer a locked version; check the network and pip's index settings"
+        "the package index does not offer a locked version; "
+        "check the network and pip's index settings"
     )
     no_network = "no network: cannot reach the package index; connect and run again"
     hints = {

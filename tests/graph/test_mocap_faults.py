@@ -79,7 +79,7 @@ def test_half_a_second_without_the_arm(
     assert invalid
     assert all("no usable sample" in m.reason for m in invalid)
     assert any("person1" in fault for fault in spoilt.nodes["predictor"].faults)
-    assert any("invalid" in fault for fault in spoilt.nodes["ptomp"].faults)
+    assert any("newest sample" in fault for fault in spoilt.nodes["ptomp"].faults)
 
     result = finish(spoilt, handle)
     assert result.outcome == ReachTarget.Result.REACHED, result.reason

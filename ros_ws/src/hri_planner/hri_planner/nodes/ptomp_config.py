@@ -69,6 +69,9 @@ class PtompNodeConfig:
     require_tracking: bool = parameter(
         True, "Do not move before a source says who is tracked (an empty list is an answer)"
     )
+    heartbeat: bool = parameter(
+        True, "Supply /separation/speed_scale; false where a separation monitor does"
+    )
     radius_upper_arm: float = parameter(
         0.05, "Radius of the upper arm", unit="m", low=0.0, high=0.3
     )

@@ -54,6 +54,8 @@ FloatArray = NDArray[np.float64]
 TICK_S = 0.004
 HEARTBEAT_NS = 20_000_000
 FEEDBACK_NS = 100_000_000
+CONTROLLER_STEP_S = 0.004
+"""Step of the trajectory controller [s]."""
 HELD_GAP_RAD = 1e-3
 """A controller that stands this far off the newest plan has dropped it."""
 DURATIONS_S = (0.1, 60.0)
@@ -74,11 +76,17 @@ _FRAMES = ("", WORLD, "lwr_base")
 
 @dataclass(frozen=True)
 class _Cycle:
-    """What one replan was made from and for."""
+    """What one replan was made from and for.
+
+    While the controller is slower than the clock, ``follows`` is the plan that it is on and ``joins_s``
+    where on it (plan clock of that plan) the new one begins.
+    """
 
     motion_number: int
     handover_ns: int
     newest_sample_ns: int
+    follows: Published | None
+    joins_s: float | None
     before: PlannerSnapshot
     result: ReplanResult
     compute_s: float
@@ -281,7 +289,8 @@ class PtompNode(HriNode):
             self._supervise(now_ns, motion)
         if now_ns >= self._next_heartbeat_ns:
             self._next_heartbeat_ns = now_ns + HEARTBEAT_NS
-            self._speed_scale.publish(Float64(data=self._scale))
+            if self._config.heartbeat:
+                self._speed_scale.publish(Float64(data=self._scale))
         if motion is not None and now_ns >= self._next_feedback_ns and not motion.done.done():
             self._next_feedback_ns = now_ns + FEEDBACK_NS
             motion.handle.publish_feedback(
@@ -314,6 +323,8 @@ class PtompNode(HriNode):
             return
         if self._scale == 0.0:
             self._reason = ""
+            # While paused no replan was due: the first one must not count as late.
+            self._last_plan_ns = now_ns
             if motion is not None:
                 motion.lost_since_ns = None
         self._scale = 1.0
@@ -395,7 +406,7 @@ class PtompNode(HriNode):
         ):
             return
         handover_s = (handover_ns - self._origin_ns) / NANO
-        self._follow_reference(handover_ns)
+        follows, joins_s = self._follow_reference(handover_ns)
         try:
             forecasts = self._inputs.forecasts(self._origin_ns)
         except DataError as error:
@@ -425,7 +436,8 @@ class PtompNode(HriNode):
             result = self._planner.replan(
                 handover_s, forecasts, iterations=iterations, deadline=deadline
             )
-            return _Cycle(number, handover_ns, newest_ns, before, result, time.monotonic() - start)
+            spent = time.monotonic() - start
+            return _Cycle(number, handover_ns, newest_ns, follows, joins_s, before, result, spent)
 
         self._worker.submit(job)
         if self.lockstep:
@@ -492,28 +504,39 @@ class PtompNode(HriNode):
         )
         return None if progress is None else progress.published.plan.sample(progress.plan_time_s)
 
-    def _follow_reference(self, handover_ns: int) -> None:
+    def _follow_reference(self, handover_ns: int) -> tuple[Published | None, float | None]:
         """Plan on from where the robot will be, when that is not where the newest plan says.
 
         That is so when speed scaling has held it back, or the newest plan did not get through.
+
+        Returns:
+            The plan that the controller is on, and its plan time at the hand-over [s], when that is
+            not as planned.
         """
         reference, newest = self._inputs.reference, self._plans_sent.newest
         handover_s = (handover_ns - self._origin_ns) / NANO
         progress = self._plans_sent.progress(reference, handover_ns, self._arrival_ns(handover_ns))
         if progress is None:
-            if reference is None or newest is None or reference.state != ControllerState.IDLE:
-                return
+            if reference is None or reference.state != ControllerState.IDLE:
+                return None, None
+            if newest is not None and to_ns(reference.header.stamp) <= newest.due_ns:
+                return None, None  # the newest plan is on its way
+            # The controller dropped it, or no plan of this motion was ever in time.
             stands_at = np.array(reference.reference_position)
-            gap = np.abs(newest.plan.sample(handover_s)[0] - stands_at).max()
-            if to_ns(reference.header.stamp) > newest.due_ns and gap > HELD_GAP_RAD:
+            present = self._planner.plan
+            if (
+                present is not None
+                and np.abs(present.sample(handover_s)[0] - stands_at).max() > HELD_GAP_RAD
+            ):
                 self._planner.resync(stands_at, np.zeros(7), handover_s)
-            return
+            return None, None
         lag = handover_s - progress.plan_time_s
         if progress.refused:
             self._planner.restore(progress.published.snapshot)
         elif not progress.newest or (progress.rate > 0.999 and lag < 1e-6):
-            return  # the newest plan is on its way, or runs as planned
+            return None, None  # the newest plan is on its way, or runs as planned
         self._planner.follow(progress.published.plan.shifted(lag))
+        return progress.published, progress.plan_time_s
 
     def _collect(self, now_ns: int) -> None:
         """Publish the plan that has become ready, unless it is late."""
@@ -549,12 +572,27 @@ class PtompNode(HriNode):
         self._last_plan_ns = now_ns
         self._publish_plan(now_ns, motion, cycle)
 
+    def _due_ns(self, now_ns: int, cycle: _Cycle) -> int:
+        """When the first point of a plan is due.
+
+        At full speed that is the hand-over that it was made for. While the controller is slower, the
+        time at which it will be where the plan begins depends on when the plan arrives. Controllers
+        take plans in between two of their steps, as of the last one: that is on average half a step ago,
+        in lock-step a whole one.
+        """
+        step_ns = seconds_to_ns(CONTROLLER_STEP_S)
+        now_ns -= step_ns if self.lockstep else step_ns // 2
+        progress = self._plans_sent.progress(self._inputs.reference, now_ns, now_ns)
+        if cycle.joins_s is None or progress is None or progress.published is not cycle.follows:
+            return cycle.handover_ns
+        return now_ns + seconds_to_ns(cycle.joins_s - progress.plan_time_s)
+
     def _publish_plan(self, now_ns: int, motion: Motion | None, cycle: _Cycle) -> None:
         result = cycle.result
-        self._plans_sent.add(Published(cycle.handover_ns, result.plan, self._planner.snapshot()))
-        self._trajectory.publish(
-            trajectory_message(result.plan, self._robot.joint_names, cycle.handover_ns)
-        )
+        due_ns = self._due_ns(now_ns, cycle)
+        path = self._plans_sent.with_lead_in(cycle.before.plan, result.plan)
+        self._plans_sent.add(Published(due_ns, result.plan.start_s, path, self._planner.snapshot()))
+        self._trajectory.publish(trajectory_message(result.plan, self._robot.joint_names, due_ns))
         if motion is not None:
             motion.replans += 1
             motion.costs = dict(result.cost_terms)
@@ -590,7 +628,9 @@ class PtompNode(HriNode):
             message.distance_to_goal = self._goal_distance(motion)
         if cycle is not None:
             result = cycle.result
-            message.handover = to_time(cycle.handover_ns)
+            message.handover = to_time(
+                self._plans_sent.newest.due_ns if self._plans_sent.newest else 0
+            )
             message.newest_sample = to_time(cycle.newest_sample_ns)
             message.iterations = result.iterations
             message.feasible = result.feasible

@@ -5,11 +5,16 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass
 
+import numpy as np
+
 from hri_planner.ptomp.plan import JointPlan
 from hri_planner.ptomp.planner import PlannerSnapshot
 from hri_prediction.ros.messages import ControllerState
 from hri_prediction.ros.time import NANO, to_ns
 
+LEAD_IN_S = 0.3
+"""How much of the plan before is kept in front of a plan [s]."""
+_SAME_RAD = 1e-6
 _SAME_NS = 1000  # stamps of one trajectory agree to rounding
 
 
@@ -19,11 +24,13 @@ class Published:
 
     Attributes:
         due_ns: ROS time of its first point [ns].
-        plan: The plan.
+        start_s: Plan time of its first point [s].
+        plan: The plan, with what the robot was on before it.
         snapshot: The planner's state with it.
     """
 
     due_ns: int
+    start_s: float
     plan: JointPlan
     snapshot: PlannerSnapshot
 
@@ -61,6 +68,31 @@ class PlanTracker:
         """Note a plan that is being sent."""
         self._published.append(published)
 
+    def with_lead_in(self, before: JointPlan | None, plan: JointPlan) -> JointPlan:
+        """A plan with the end of what came before it put in front.
+
+        A controller that was held up may at the hand-over still be on its way to the first point.
+
+        Args:
+            before: The plan that it was made from, on the same plan clock.
+            plan: The plan.
+        """
+        newest = self.newest
+        if newest is not None:
+            gap = np.abs(newest.plan.sample(plan.start_s)[0] - plan.q[0]).max()
+            # Where the newest goes over into this one, it knows more of the past.
+            before = newest.plan if gap < _SAME_RAD else before
+        if before is None:
+            return plan
+        tail = before.remaining(plan.start_s - LEAD_IN_S)
+        early = tail.time_s < plan.start_s - 1e-6
+        return JointPlan(
+            np.concatenate((tail.time_s[early], plan.time_s)),
+            np.concatenate((tail.q[early], plan.q)),
+            np.concatenate((tail.qd[early], plan.qd)),
+            np.concatenate((tail.qdd[early], plan.qdd)),
+        )
+
     @property
     def newest(self) -> Published | None:
         """The plan that was sent last."""
@@ -91,7 +123,7 @@ class PlanTracker:
         newest = found is self._published[-1]
         return Progress(
             published=found,
-            plan_time_s=found.plan.start_s + reference.time_in_trajectory + ahead / NANO,
+            plan_time_s=found.start_s + reference.time_in_trajectory + ahead / NANO,
             rate=rate,
             newest=newest,
             refused=not newest and said_ns > self._published[-1].due_ns,

@@ -11,6 +11,10 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
+REACH_SLACK = 1.15
+"""Lengths may be this much larger than they look now: tracking noise, a shoulder that moves along."""
+
+
 class ReachState(enum.IntEnum):
     """What the person is doing."""
 
@@ -73,6 +77,29 @@ def rotated_along(vector: Array, start: Array, directions: Array) -> Array:
     turned = vector + crossed + np.cross(axis, crossed) / np.maximum(1.0 + cosine, 1e-9)[:, None]
     rotated: Array = np.where(usable[:, None], turned, vector)
     return rotated
+
+
+def within_reach(shoulder: Array, elbow_wrist: Array, upper_arm: float, forearm: float) -> Array:
+    """Predicted points, drawn towards the shoulder where no arm could reach them.
+
+    Extrapolation knows no anatomy: after a fault in the data, or late in the horizon, it may leave the
+    arm's reach.
+
+    Args:
+        shoulder: (3,) shoulder, metres.
+        elbow_wrist: (K, 2, 3) predicted positions.
+        upper_arm: Shoulder to elbow now, metres.
+        forearm: Elbow to wrist now, metres.
+
+    Returns:
+        (K, 2, 3), of which none is further than REACH_SLACK times the lengths from the shoulder.
+    """
+    limits = REACH_SLACK * np.array([upper_arm, upper_arm + forearm])
+    offsets = elbow_wrist - shoulder
+    distances = np.linalg.norm(offsets, axis=2)
+    scale = np.minimum(1.0, limits / np.maximum(distances, 1e-9))
+    result: Array = shoulder + scale[..., None] * offsets
+    return result
 
 
 def whole_arm(

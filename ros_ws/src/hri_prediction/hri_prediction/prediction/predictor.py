@@ -12,7 +12,7 @@ from hri_prediction.prediction.bank import BankPrior, HypothesisBank, bank_prior
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.input_check import InputCheck
 from hri_prediction.prediction.library import DIMS, TaskLibrary
-from hri_prediction.prediction.output import Prediction, ReachState, whole_arm
+from hri_prediction.prediction.output import Prediction, ReachState, whole_arm, within_reach
 from hri_prediction.tracks.segmentation import ReachSegmenter
 from hri_prediction.tracks.track import ArmSample
 
@@ -64,6 +64,7 @@ class ReachPredictor:
         self._side = ""
         self._epoch: int | None = None
         self._newest = 0
+        self._latest = 0
         self._usable_s = -math.inf
         self._reason = ""
         self._reaching = False
@@ -85,10 +86,14 @@ class ReachPredictor:
         if verdict.restart:
             self._count("restarts")
             self._forget()
+            self._newest = 0
         if self._epoch is None:
             self._epoch = sample.stamp_ns
         self._side = sample.side
-        self._newest = sample.stamp_ns
+        self._latest = sample.stamp_ns
+        if verdict.usable[1] or verdict.usable[2] or not self._newest:
+            # A sample of which nothing is used must not make the prediction look fresh.
+            self._newest = sample.stamp_ns
         self._reason = verdict.reason
         now = (sample.stamp_ns - self._epoch) * 1e-9
         points = np.where(verdict.usable[:, None], sample.keypoints, math.nan)
@@ -185,7 +190,8 @@ class ReachPredictor:
         if self._epoch is None or np.isnan(self._known[[0, 2]]).any():
             return None
         newest = (self._newest - self._epoch) * 1e-9
-        now = newest if now_ns is None else max(newest, (now_ns - self._epoch) * 1e-9)
+        latest = (self._latest - self._epoch) * 1e-9
+        now = latest if now_ns is None else max(newest, (now_ns - self._epoch) * 1e-9)
         state = ReachState.REACHING if self._reaching else ReachState.IDLE
         reason = self._reason
         age = now - self._usable_s
@@ -201,6 +207,9 @@ class ReachPredictor:
             mean, covariance = self._constant_velocity(elbow_wrist)
         else:
             mean, covariance = self._hold(elbow_wrist, min(max(age, 0.0), 10.0))
+        resting = elbow_wrist - self._known[0]
+        lengths = np.linalg.norm(np.diff(np.vstack((np.zeros(3), resting)), axis=0), axis=1)
+        mean = within_reach(self._known[0], mean, float(lengths[0]), float(lengths[1]))
         forearm = self._forearm
         if self._hand is None:
             forearm = elbow_wrist[1] - elbow_wrist[0]

@@ -8,7 +8,9 @@ whatever the order of their arrival.
 
 from __future__ import annotations
 
+import difflib
 import gc
+import signal
 import sys
 import time
 from collections import deque
@@ -22,9 +24,10 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
+from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Header
 
-from hri_prediction.errors import HriError
+from hri_prediction.errors import ConfigError, HriError
 from hri_prediction.ros.time import NANO, to_ns, to_time
 
 Handler = Callable[[Any], None]
@@ -225,18 +228,22 @@ def run_node(make: Callable[[], HriNode], args: list[str] | None = None) -> int:
     """
     from rclpy.experimental.events_executor import EventsExecutor
 
-    rclpy.init(args=args)
+    # rclpy's own handlers shut the context down under a running tick, whose messages then fail.
+    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    end = _EndSignal()
     node: HriNode | None = None
     executor = None
     code = 0
     try:
         node = make()
+        refuse_undeclared(node)
         executor = EventsExecutor()
         executor.add_node(node)
         # What start-up made stays: the collector need not walk it while the node runs.
         gc.collect()
         gc.freeze()
-        while rclpy.ok():
+        end.interrupt = False
+        while rclpy.ok() and not end.asked:
             executor.spin_once(timeout_sec=0.1)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
@@ -244,6 +251,7 @@ def run_node(make: Callable[[], HriNode], args: list[str] | None = None) -> int:
         print(f"{node.get_name() if node else 'node'}: {error}", file=sys.stderr, flush=True)
         code = 1
     finally:
+        end.interrupt = False
         if node is not None:
             node.close()
         if executor is not None:
@@ -252,3 +260,37 @@ def run_node(make: Callable[[], HriNode], args: list[str] | None = None) -> int:
             node.destroy_node()
         rclpy.try_shutdown()
     return code
+
+
+class _EndSignal:
+    """Takes SIGINT and SIGTERM: interrupts a start-up, asks a running node to end after its tick."""
+
+    def __init__(self) -> None:
+        self.asked = False
+        self.interrupt = True
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._take)
+
+    def _take(self, number: int, frame: object) -> None:
+        self.asked = True
+        if self.interrupt:
+            raise KeyboardInterrupt
+
+
+def refuse_undeclared(node: Node) -> None:
+    """Refuse parameter values that no parameter of the node takes: a misspelled margin is no margin.
+
+    Raises:
+        ConfigError: naming the first one and those that are spelled alike.
+    """
+    for name in node._parameter_overrides:
+        if node.has_parameter(name) or name.startswith("qos_overrides."):
+            continue
+        known = [str(other) for other in node._parameters]
+        near = difflib.get_close_matches(name, known, 3)
+        raise ConfigError(
+            f"node {node.get_name()} has no parameter {name!r}",
+            expected="one like " + ", ".join(near)
+            if near
+            else "one of " + ", ".join(sorted(known)),
+        )

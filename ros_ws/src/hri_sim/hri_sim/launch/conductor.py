@@ -120,6 +120,7 @@ class Conductor:
         self._cues = self._node.create_publisher(Cue, "sim/cue", reliable(10))
         self._client = ActionClient(self._node, ReachTarget, action)
         self._action = action
+        self._begun = False
         self._health: dict[str, DiagnosticStatus] = {}
         self._state: SimState | None = None
         self._status: PlannerStatus | None = None
@@ -172,14 +173,14 @@ class Conductor:
         """Let messages in until ``done()``.
 
         Raises:
-            NodeDeath: when an essential node ends.
+            NodeDeath: when an essential node ends, or any before the run has begun.
             GraphError: when it does not happen in time.
         """
         end = time.monotonic() + timeout_s
         while not done():
             self._executor.spin_once(timeout_sec=0.02)
             for death in self._supervisor.deaths():
-                if self._supervisor.is_essential(death.label):
+                if not self._begun or self._supervisor.is_essential(death.label):
                     raise NodeDeath(death)
                 self._tell(f"{death}; the run goes on")
             if time.monotonic() > end:
@@ -247,6 +248,7 @@ class Conductor:
     # ------------------------------------------------------------------ acting
     def run(self) -> list[ReachReport]:
         """Conduct all reaches; ends early after one that was not reached."""
+        self._begun = True
         reports = []
         for index in range(len(self._scenario.reaches)):
             self.rest(REST_S)

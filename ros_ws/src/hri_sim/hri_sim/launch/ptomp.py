@@ -12,7 +12,7 @@ from rich.console import Console
 
 from hri_prediction.errors import ConfigError, HriError
 from hri_sim.launch.run import RunOptions, explain, run_graph
-from hri_sim.launch.summary import print_table
+from hri_sim.launch.summary import print_table, succeeded
 
 PLANNERS = ("ptomp",)
 HUMANS = ("simulated", "replay")
@@ -92,8 +92,8 @@ def launch(
     """Launch the graph: simulator, person, predictor, ptomp, recorder, each its own process.
 
     Conducts the reaches of a scenario, then stops all nodes. Leaves a bag, summary.json, picture.png
-    and the nodes' logs in the run's folder. Exit code 0: all reached; 1: something went wrong; 3: all
-    nodes ran, but a reach was not reached (the table says why).
+    and the nodes' logs in the run's folder. Exit code 0: all reached, nobody touched; 1: something
+    went wrong; 3: all nodes ran, but a reach was not reached or the person was touched (the table says).
     """
     from hri_sim.media.picture import draw_picture
 
@@ -125,7 +125,7 @@ def launch(
         draw_picture(result.series.record, options.out / "picture.png")
     what = "bag, figures and picture" if picture else "bag and figures"
     console.print(f"{what}: {options.out}", highlight=False)
-    raise typer.Exit(0 if result.summary["outcome"] == "reached" else 3)
+    raise typer.Exit(0 if succeeded(result.summary) else 3)
 
 
 def main() -> int:

@@ -32,7 +32,7 @@ class Series:
         origin_ns: ROS time of the run's zero [ns].
         record: Robot, people, clearance; what pictures are made from.
         reference_s: Times of the controller's references.
-        handover_jump_rad: Largest step at hand-over since the motion began, at these times.
+        handover_jump_rad: Step of the last hand-over before these times.
         speed_scale: Controller's speed scale at these times.
         status_s: Times of the planner's status.
         misses: Deadline misses of the motion so far, at these times.
@@ -139,7 +139,7 @@ def read_run(
         origin_ns=origin,
         record=record,
         reference_s=seconds([to_ns(m.header.stamp) for m in references]),
-        handover_jump_rad=np.array([m.max_handover_jump for m in references]),
+        handover_jump_rad=np.array([m.handover_jump for m in references]),
         speed_scale=np.array([m.speed_scale for m in references]),
         status_s=seconds([to_ns(m.header.stamp) for m in status]),
         misses=np.array([m.deadline_misses for m in status], dtype=np.int64),

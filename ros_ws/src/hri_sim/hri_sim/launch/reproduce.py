@@ -42,7 +42,7 @@ def demo_row(seed: int, summary: dict[str, Any]) -> str:
     cells = (
         str(seed),
         summary["outcome"],
-        f"{max(reach['goal_error_m'] for reach in reaches) * 1e3:.1f}",
+        f"{max(reach['goal_error_m'] or 0.0 for reach in reaches) * 1e3:.1f}",
         _cm(clear),
         _cm(summary["baseline_min_clearance_m"]),
         " / ".join(f"{reach['duration_s']:.1f}" for reach in reaches),

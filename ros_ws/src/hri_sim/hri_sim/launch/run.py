@@ -122,6 +122,10 @@ def _scene(options: RunOptions) -> tuple[Scenario, Placement | None]:
                     hint="give --human replay as well",
                 )
         if options.scenario is not None:
+            if options.reaches is not None:
+                raise ConfigError(
+                    "--reaches with a --scenario", hint="the scenario file says how many there are"
+                )
             return load_scenario(options.scenario), None
         return draw_scenario(options.seed, options.reaches or 3), None
     if options.human_file is None:
@@ -208,7 +212,6 @@ def node_specs(
             },
             essential=False,
             last=True,
-            urgent=False,
         ),
     ]
     if options.human == "simulated":

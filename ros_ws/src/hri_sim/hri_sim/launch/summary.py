@@ -25,7 +25,7 @@ class ReachFigures:
 
     outcome: str
     reason: str
-    goal_error_m: float
+    goal_error_m: float | None
     min_clearance_m: float | None
     duration_s: float
     replans: int
@@ -56,6 +56,8 @@ def reach_figures(series: Series, reports: list[ReachReport]) -> list[ReachFigur
         def during(times: FloatArray, begin: float = mark.start_s, until: float = end) -> Any:
             return (times >= begin) & (times < until)
 
+        # A recorder that died left no witness: then nothing is said, rather than what it last saw.
+        whole = bool(series.record.time_s[-1] >= mark.end_s)
         jumps = series.handover_jump_rad[during(series.reference_s)]
         misses = series.misses[during(series.status_s)]
         baseline = series.record.baseline
@@ -64,8 +66,10 @@ def reach_figures(series: Series, reports: list[ReachReport]) -> list[ReachFigur
             ReachFigures(
                 outcome=report.outcome,
                 reason=report.reason,
-                goal_error_m=_goal_error(series, mark.end_s, target),
-                min_clearance_m=_least(series.record.clearance_m[during(series.record.time_s)]),
+                goal_error_m=_goal_error(series, mark.end_s, target) if whole else None,
+                min_clearance_m=_least(series.record.clearance_m[during(series.record.time_s)])
+                if whole
+                else None,
                 duration_s=report.duration_s,
                 replans=report.replans,
                 deadline_misses=int(misses.max()) if len(misses) else 0,
@@ -125,6 +129,7 @@ def summarise(
             }
             for reach in reaches
         ],
+        "touched": any((reach.min_clearance_m or 1.0) <= 0.0 for reach in reaches),
         "baseline_min_clearance_m": None if baseline is None else _least(baseline.clearance_m),
         "mocap_rate_hz": rates["mocap"],
         "prediction_rate_hz": rates["prediction"],
@@ -144,6 +149,11 @@ def write_summary(path: Path, summary: dict[str, Any]) -> None:
 
 def _cm(value: float | None) -> str:
     return "–" if value is None else f"{value * 100:.1f}"
+
+
+def succeeded(summary: dict[str, Any]) -> bool:
+    """Whether everything was reached and nobody was touched."""
+    return summary["outcome"] == "reached" and not summary["touched"]
 
 
 def print_table(console: Console, summary: dict[str, Any]) -> None:
@@ -167,7 +177,7 @@ def print_table(console: Console, summary: dict[str, Any]) -> None:
         table.add_row(
             str(number),
             f"[green]{reach['outcome']}[/]" if good else f"[red]{reach['outcome']}[/]",
-            f"{reach['goal_error_m'] * 1e3:.1f}",
+            "–" if reach["goal_error_m"] is None else f"{reach['goal_error_m'] * 1e3:.1f}",
             f"[red]{_cm(least)}[/]" if least is not None and least <= 0 else _cm(least),
             _cm(reach["baseline_min_clearance_m"]),
             f"{reach['duration_s']:.2f}",
@@ -184,6 +194,10 @@ def print_table(console: Console, summary: dict[str, Any]) -> None:
     for number, reach in enumerate(summary["reaches"], 1):
         if reach["outcome"] != "reached":
             console.print(f"reach {number}: {reach['reason']}", highlight=False, markup=False)
+        if reach["goal_error_m"] is None:
+            console.print(f"reach {number}: the recording ended before it did", highlight=False)
+    if summary["touched"]:
+        console.print("[red]the robot touched the person[/]: a true clearance is not above 0")
     latency = summary["latency_ms"]["mocap_to_trajectory"]
     if latency["p50"] is not None:
         console.print(

@@ -20,8 +20,6 @@ import yaml
 from hri_prediction.errors import GraphError
 
 _PR_SET_PDEATHSIG = 1
-URGENT_NICE = -10
-"""Nice value of urgent nodes, where it is permitted."""
 STOP_TIMEOUT_S = 5.0
 """How long a node may take to end after SIGINT before it is killed [s]."""
 
@@ -37,8 +35,6 @@ class NodeSpec:
         name: Node name, when not the executable's own.
         essential: Whether the run cannot go on without it.
         last: Whether it is stopped after all others (the recorder, to miss nothing).
-        urgent: Whether it must keep up with the clock: then it runs before ordinary processes, where
-            the system permits that.
     """
 
     package: str
@@ -47,7 +43,6 @@ class NodeSpec:
     name: str = ""
     essential: bool = True
     last: bool = False
-    urgent: bool = True
 
     @property
     def label(self) -> str:
@@ -95,17 +90,18 @@ def find_executable(package: str, executable: str) -> Path:
     )
 
 
+try:
+    _LIBC: ctypes.CDLL | None = ctypes.CDLL(None)
+except OSError:  # pragma: no cover - a system without a C library to load
+    _LIBC = None
+
+
 def _die_with_parent() -> None:
-    """In the child: end when the supervisor dies, however it dies."""
-    with contextlib.suppress(OSError, AttributeError):
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGINT)
-
-
-def _die_with_parent_urgently() -> None:
-    """Likewise, and run before ordinary processes if permitted (root, or a limit on nice)."""
-    _die_with_parent()
-    with contextlib.suppress(OSError):
-        os.setpriority(os.PRIO_PROCESS, 0, URGENT_NICE)
+    """In the child: end when the supervisor dies, however it dies. No imports, no locks: a fork."""
+    if _LIBC is not None:
+        _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGINT)
+    if os.getppid() == 1:  # it died before the line above
+        os._exit(1)
 
 
 class Supervisor:
@@ -174,7 +170,7 @@ class Supervisor:
                     env=self._environment,
                     # Ctrl-C reaches only the supervisor, which stops the nodes in order.
                     start_new_session=True,
-                    preexec_fn=_die_with_parent_urgently if spec.urgent else _die_with_parent,
+                    preexec_fn=_die_with_parent,
                 )
             self._specs[spec.label] = spec
 

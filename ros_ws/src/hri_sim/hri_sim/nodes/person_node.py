@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from dataclasses import dataclass
 from typing import Any
@@ -26,6 +27,8 @@ from hri_sim.scenario.schema import PersonSpec, Scenario
 
 TRUTH_LEAD_NS = 2 * SAMPLE_PERIOD_NS
 """The truth is said this much ahead [ns], so that the simulator has it when its clock gets there."""
+MAX_CUE_S = 600.0
+"""Longer delays or durations in a cue are taken for mistakes [s]."""
 MAX_CATCH_UP = 50
 """Captures that a late tick makes up for; older ones are skipped, and a fault is noted."""
 
@@ -93,6 +96,10 @@ class PersonNode(HriNode):
 
     def _on_cue(self, cue: Cue) -> None:
         if not cue.person_target:
+            return
+        if not all(math.isfinite(t) and 0.0 <= t <= MAX_CUE_S for t in (cue.delay, cue.duration)):
+            text = f"cue with a delay of {cue.delay} s and a duration of {cue.duration} s ignored"
+            self.fault("cue", text)
             return
         target = self._scenario.targets.get(cue.person_target)
         if target is None:

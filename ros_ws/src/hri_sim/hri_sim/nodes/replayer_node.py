@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from dataclasses import dataclass
 from typing import Any
@@ -28,6 +29,10 @@ PERIOD_S = 0.004
 """How often the schedule is looked at [s]."""
 _MAX_HELD = 50
 """Poses that a late tick makes up for while holding still."""
+
+
+MAX_CUE_DELAY_S = 600.0
+"""Longer delays in a cue are taken for mistakes [s]."""
 
 
 @dataclass(frozen=True)
@@ -122,6 +127,9 @@ class ReplayerNode(HriNode):
         return self.player.finished
 
     def _on_cue(self, cue: Cue) -> None:
+        if not (math.isfinite(cue.delay) and 0.0 <= cue.delay <= MAX_CUE_DELAY_S):
+            self.fault("cue", f"cue with a delay of {cue.delay} s ignored")
+            return
         if cue.person_target:
             self.player.start(to_ns(cue.header.stamp) + seconds_to_ns(cue.delay))
 

@@ -35,7 +35,7 @@ PERIOD_S = 0.004
 """Period of /joint_states [s]."""
 NOBODY = 1e9
 """Clearance when nobody is in the scene [m]."""
-MAX_CATCH_UP = 25
+MAX_CATCH_UP = 125
 """Periods that a late tick makes up for; beyond, simulated time slips and a fault is noted."""
 _STATES = {
     IDLE: ControllerState.IDLE,
@@ -112,7 +112,6 @@ class SimulatorNode(HriNode):
             self.listen(HumanArm, f"sim/bodies/{body_id}/arm", self._on_arm, SENSOR)
         self.create_service(Reset, "~/reset", self._on_reset)
         self._description.publish(String(data=self._simulation.robot.urdf_text))
-        self._even = False
         self._begun = False
 
     # ------------------------------------------------------------------ set-up
@@ -252,10 +251,7 @@ class SimulatorNode(HriNode):
                 time=simulation.time_s,
             )
         )
-        # Planners need it a few times an interval, not at the rate of the joint states.
-        self._even = not self._even
-        if self._even:
-            self._publish_reference(stamp)
+        self._publish_reference(stamp)
 
     def _publish_reference(self, stamp: Any) -> None:
         controller = self._simulation.controller
@@ -270,6 +266,7 @@ class SimulatorNode(HriNode):
                 trajectory=to_time(self._active_ns if controller.stamp_ns else 0),
                 time_in_trajectory=controller.time_in_trajectory,
                 speed_scale=scale,
+                handover_jump=controller.last_jump_position,
                 max_handover_jump=controller.handover_jump_position,
             )
         )

@@ -83,6 +83,7 @@ class TrajectoryController:
         rejection: Why the newest trajectory was refused; empty when it was accepted.
         handover_jump_position: Largest step between old and new plan at a hand-over, |old plan at
             the time of the new plan's first point - first point|, since the motion began [rad].
+        last_jump_position: The step of the last hand-over alone [rad].
         handover_jump_velocity: The same of the velocities [rad/s].
         stamp_ns: Stamp of the active (or last) trajectory [ns]; 0 before the first.
     """
@@ -109,7 +110,7 @@ class TrajectoryController:
         self.chain.reset()
         self.outcome = ""
         self.rejection = ""
-        self.handover_jump_position = 0.0
+        self.handover_jump_position = self.last_jump_position = 0.0
         self.handover_jump_velocity = 0.0
         self.stamp_ns = 0
         self._now_ns = now_ns
@@ -296,13 +297,17 @@ class TrajectoryController:
     def _measure_handover(self, path: SplinePath, new_time: float, ahead: float) -> None:
         if self._path is None:
             self._clock[1] = self.chain.scale
-            self.handover_jump_position = self.handover_jump_velocity = 0.0
+            # From rest: the first plan must begin where the robot stands.
+            gap = np.abs(self._path_state[0] - path.at(new_time)[0])
+            self.handover_jump_position = self.last_jump_position = float(gap.max())
+            self.handover_jump_velocity = 0.0
             return
         rate = float(self._clock[1])
         # Until then both paths advance at the same rate, so by equal amounts of path time.
         old = self._path.at(float(self._clock[0]) + ahead)
         new = path.at(new_time)
         jump = np.abs(old[:2] - new[:2]).max(axis=1)
+        self.last_jump_position = float(jump[0])
         self.handover_jump_position = max(self.handover_jump_position, float(jump[0]))
         self.handover_jump_velocity = max(self.handover_jump_velocity, rate * float(jump[1]))
 
