@@ -44,6 +44,7 @@ class Progress:
         plan_time_s: Time of that plan at the hand-over, on the plan clock [s].
         rate: Rate at which it is followed, 0...1.
         newest: Whether it is the plan that was sent last.
+        gap_rad: How far the controller was off that plan when it spoke, largest joint [rad].
         refused: Whether the plan that was sent last is due, but not followed: refused or lost.
     """
 
@@ -51,6 +52,7 @@ class Progress:
     plan_time_s: float
     rate: float
     newest: bool
+    gap_rad: float
     refused: bool
 
 
@@ -121,10 +123,13 @@ class PlanTracker:
         rate = float(reference.speed_scale)
         ahead = rate * (arrival_ns - said_ns) + (handover_ns - arrival_ns)
         newest = found is self._published[-1]
+        said_s = found.start_s + reference.time_in_trajectory
+        expected = found.plan.sample(said_s)[0]
         return Progress(
             published=found,
-            plan_time_s=found.start_s + reference.time_in_trajectory + ahead / NANO,
+            plan_time_s=said_s + ahead / NANO,
             rate=rate,
             newest=newest,
+            gap_rad=float(np.abs(expected - np.asarray(reference.reference_position)).max()),
             refused=not newest and said_ns > self._published[-1].due_ns,
         )

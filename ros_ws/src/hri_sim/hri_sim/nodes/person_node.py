@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from std_msgs.msg import Header
 
 from hri_prediction.config import parameter, validate
@@ -52,6 +53,7 @@ class _Body:
         self.person = SimulatedPerson(spec, seed)
         self.tracking = TrackingModel(spec, tracking_generator(seed, spec.id))
         self.pending: deque[tuple[int, ArmSample]] = deque()
+        self.ahead: dict[int, NDArray[np.float64]] = {}
 
 
 class PersonNode(HriNode):
@@ -149,6 +151,8 @@ class PersonNode(HriNode):
         behind = (now_ns - self._next_capture_ns) // SAMPLE_PERIOD_NS
         if behind > MAX_CATCH_UP:
             self._skipped += behind
+            for body in self._bodies.values():
+                body.ahead.clear()
             self.fault("late", f"{behind} captures skipped: this node was held up")
             self._next_capture_ns += behind * SAMPLE_PERIOD_NS
             self._next_truth_ns = max(self._next_truth_ns, self._next_capture_ns)
@@ -166,12 +170,16 @@ class PersonNode(HriNode):
     def _say_truth(self, stamp_ns: int) -> None:
         for body_id, body in self._bodies.items():
             keypoints = body.person.truth(self._seconds(stamp_ns))
+            body.ahead[stamp_ns] = keypoints
             sample = ArmSample(stamp_ns, keypoints, np.ones(4, dtype=bool), body.spec.side)
             self._truth[body_id].publish(message_from_sample(sample, body_id))
 
     def _capture(self, stamp_ns: int) -> None:
         for body in self._bodies.values():
-            keypoints = body.person.truth(self._seconds(stamp_ns))
+            # Said a moment ago as the truth; computed anew only where captures were skipped.
+            keypoints = body.ahead.pop(stamp_ns, None)
+            if keypoints is None:
+                keypoints = body.person.truth(self._seconds(stamp_ns))
             tracked = body.tracking.observe(stamp_ns, keypoints)
             body.pending.append((tracked.delivery_ns, tracked.sample))
 
