@@ -26,7 +26,7 @@ from visualization_msgs.msg import MarkerArray
 from hri_planner.nodes.motion import Motion
 from hri_planner.nodes.ptomp_config import PtompNodeConfig
 from hri_planner.ptomp.budget import VirtualTimeBudget
-from hri_planner.ptomp.config import PtompConfig
+from hri_planner.ptomp.config import PtompConfig, load_default_config
 from hri_planner.ptomp.costs import TableBox
 from hri_planner.ptomp.planner import PlannerSnapshot, PtompPlanner, ReplanResult
 from hri_planner.robot.model import load_robot
@@ -99,7 +99,9 @@ class PtompNode(HriNode):
     def __init__(self, **kwargs: Any) -> None:
         super().__init__("ptomp", period_s=TICK_S, **kwargs)
         self._config = declare_config(self, PtompNodeConfig)
-        self._planner_config = declare_config(self, PtompConfig, prefix="planner")
+        self._planner_config = declare_config(
+            self, PtompConfig, prefix="planner", defaults=load_default_config()
+        )
         config = self._config
         self._robot = load_robot()
         self._targets = dict(
