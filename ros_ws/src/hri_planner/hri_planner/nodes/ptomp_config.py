@@ -92,3 +92,9 @@ class PtompNodeConfig:
                 f"{len(self.table_size)} numbers",
                 expected="3 each, or none",
             )
+
+    @property
+    def table(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+        """Centre and full edge lengths of the table [m]; only when there is one."""
+        (x, y, z), (a, b, c) = self.table_center, self.table_size
+        return (x, y, z), (a, b, c)

@@ -31,8 +31,10 @@ from hri_planner.ptomp.costs import TableBox
 from hri_planner.ptomp.planner import PlannerSnapshot, PtompPlanner, ReplanResult
 from hri_planner.robot.model import load_robot
 from hri_planner.ros.conversions import joints_from_message, trajectory_message
+from hri_planner.ros.goals import target_of
 from hri_planner.ros.inputs import Inputs
 from hri_planner.ros.markers import plan_markers
+from hri_planner.ros.status import describe_plan, percentile_figures
 from hri_planner.ros.tracker import PlanTracker, Published
 from hri_planner.ros.worker import Worker
 from hri_planner.warm import warm_kernels
@@ -57,10 +59,10 @@ HEARTBEAT_NS = 20_000_000
 FEEDBACK_NS = 100_000_000
 CONTROLLER_STEP_S = 0.004
 """Step of the trajectory controller [s]."""
+STANDING_RATE = 0.01
+"""A controller that runs at less than this share of full speed stands."""
 HELD_GAP_RAD = 1e-3
 """A controller that stands this far off the newest plan has dropped it."""
-DURATIONS_S = (0.1, 60.0)
-"""Durations that a goal may ask for [s]."""
 SETTLE_NS = 100_000_000
 """How long a new motion waits for the controller to come to rest by itself [ns]."""
 CLOCK_STEP_NS = 100_000_000
@@ -72,7 +74,6 @@ _STAGE_NAMES = {
     PlannerStatus.STOPPING: "stopping",
     PlannerStatus.HOLDING: "holding",
 }
-_FRAMES = ("", WORLD, "lwr_base")
 
 
 @dataclass(frozen=True)
@@ -111,11 +112,7 @@ class PtompNode(HriNode):
                 strict=True,
             )
         )
-        table = (
-            TableBox(_triple(config.table_center), _triple(config.table_size))
-            if config.table_center
-            else None
-        )
+        table = TableBox(*config.table) if config.table_center else None
         self._planner = PtompPlanner(
             self._robot, self._planner_config, np.random.default_rng(config.seed), table=table
         )
@@ -207,29 +204,6 @@ class PtompNode(HriNode):
         self._inputs.predictions[message.body_id] = message
 
     # ------------------------------------------------------------------ goals
-    def _target_of(self, goal: ReachTarget.Goal) -> FloatArray:
-        """Tool position (3,) [m] of a goal; raises PlanningError when it is malformed."""
-        low, high = DURATIONS_S
-        if goal.duration != 0.0 and not low <= goal.duration <= high:
-            raise PlanningError(
-                f"goal duration {goal.duration} s", expected=f"{low} to {high} s, or 0: the default"
-            )
-        if goal.target:
-            if goal.target not in self._targets:
-                raise PlanningError(
-                    f"there is no target {goal.target!r}",
-                    expected=", ".join(self._targets) or "a pose: no named targets are configured",
-                )
-            return self._targets[goal.target].copy()
-        if goal.pose.header.frame_id not in _FRAMES:
-            raise PlanningError(
-                f"goal is in frame {goal.pose.header.frame_id!r}", expected="world or lwr_base"
-            )
-        position = goal.pose.pose.position
-        target = np.array([position.x, position.y, position.z])
-        if not np.isfinite(target).all():
-            raise PlanningError(f"goal position {target.tolist()}", expected="finite numbers [m]")
-        return target
 
     def _on_goal(self, handle: Any) -> None:
         """Make an accepted goal the present motion; a malformed one ends at once."""
@@ -237,7 +211,7 @@ class PtompNode(HriNode):
         self._motions += 1
         motion = Motion(handle, Future(), np.zeros(3), 0.0, self.now_ns(), self._motions)
         try:
-            motion.target = self._target_of(goal)
+            motion.target = target_of(goal, self._targets)
             motion.duration_s = goal.duration or self._config.default_duration
         except PlanningError as error:
             self._end(motion, ReachTarget.Result.REJECTED, str(error))
@@ -533,13 +507,10 @@ class PtompNode(HriNode):
             ):
                 self._planner.resync(stands_at, np.zeros(7), handover_s)
             return None, None
-        assert reference is not None
-        if progress.gap_rad > HELD_GAP_RAD:
-            # Several late plans at once, joined in a way that is not known here: trust what it says.
-            ahead_s = (handover_ns - to_ns(reference.header.stamp)) / NANO
-            velocity = np.array(reference.reference_velocity)
-            position = np.array(reference.reference_position) + ahead_s * velocity
-            self._planner.resync(position, velocity, handover_s)
+        if progress.rate < STANDING_RATE and np.abs(progress.offset).max() > HELD_GAP_RAD:
+            # Stopped while it joined late plans, in a way that is not known here.
+            q, qd, _ = progress.published.plan.sample(progress.plan_time_s)
+            self._planner.resync(q + progress.offset, qd, handover_s)
             return None, None
         lag = handover_s - progress.plan_time_s
         if progress.refused:
@@ -638,40 +609,27 @@ class PtompNode(HriNode):
             message.deadline_misses = motion.misses
             message.distance_to_goal = self._goal_distance(motion)
         if cycle is not None:
-            result = cycle.result
-            message.handover = to_time(
-                self._plans_sent.newest.due_ns if self._plans_sent.newest else 0
+            newest = self._plans_sent.newest
+            describe_plan(
+                message,
+                cycle.result,
+                due_ns=newest.due_ns if newest else cycle.handover_ns,
+                due_s=(cycle.handover_ns - self._origin_ns) / NANO,
+                newest_sample_ns=cycle.newest_sample_ns,
             )
-            message.newest_sample = to_time(cycle.newest_sample_ns)
-            message.iterations = result.iterations
-            message.feasible = result.feasible
-            message.cost_names = list(result.cost_terms)
-            message.costs = list(result.cost_terms.values())
-            message.predicted_clearance = min(result.predicted_clearance_m, 1e9)
-            if result.predicted_first_contact_s is not None:
-                due_s = (cycle.handover_ns - self._origin_ns) / NANO
-                message.first_contact = result.predicted_first_contact_s - due_s
         self._status.publish(message)
 
     def health(self) -> tuple[bytes, str, dict[str, Any]]:
         """Timing of the replans, misses, what is wrong with the inputs."""
         figures: dict[str, Any] = {"plans": self._plans, "deadline_misses": self._misses}
-        for name, values in (("compute_ms", self._compute_ms), ("lateness_ms", self._late_ms)):
-            if values:
-                ordered = sorted(values)
-                figures[f"{name}_p50"] = f"{ordered[len(ordered) // 2]:.2f}"
-                figures[f"{name}_p99"] = f"{ordered[int(len(ordered) * 0.99)]:.2f}"
+        figures |= percentile_figures("compute_ms", self._compute_ms)
+        figures |= percentile_figures("lateness_ms", self._late_ms)
         if self._last is not None:
             figures["iterations"] = self._last.result.iterations
         problem = self._inputs.problem(self.now_ns())
         if problem:
             return WARN, problem, figures
         return OK, _STAGE_NAMES[self._stage], figures
-
-
-def _triple(values: tuple[float, ...]) -> tuple[float, float, float]:
-    x, y, z = values
-    return x, y, z
 
 
 def main(args: list[str] | None = None) -> int:

@@ -6,6 +6,7 @@ from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hri_planner.ptomp.plan import JointPlan
 from hri_planner.ptomp.planner import PlannerSnapshot
@@ -44,7 +45,7 @@ class Progress:
         plan_time_s: Time of that plan at the hand-over, on the plan clock [s].
         rate: Rate at which it is followed, 0...1.
         newest: Whether it is the plan that was sent last.
-        gap_rad: How far the controller was off that plan when it spoke, largest joint [rad].
+        offset: Where the controller was when it spoke, from where that plan was (7,) [rad].
         refused: Whether the plan that was sent last is due, but not followed: refused or lost.
     """
 
@@ -52,7 +53,7 @@ class Progress:
     plan_time_s: float
     rate: float
     newest: bool
-    gap_rad: float
+    offset: NDArray[np.float64]
     refused: bool
 
 
@@ -130,6 +131,6 @@ class PlanTracker:
             plan_time_s=said_s + ahead / NANO,
             rate=rate,
             newest=newest,
-            gap_rad=float(np.abs(expected - np.asarray(reference.reference_position)).max()),
+            offset=np.array(reference.reference_position) - expected,
             refused=not newest and said_ns > self._published[-1].due_ns,
         )

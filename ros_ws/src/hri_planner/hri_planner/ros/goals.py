@@ -1,0 +1,50 @@
+"""What a goal of the ReachTarget action asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hri_prediction.errors import PlanningError
+from hri_prediction.ros.conversions import WORLD
+from hri_prediction.ros.messages import ReachTarget
+
+FloatArray = NDArray[np.float64]
+
+DURATIONS_S = (0.1, 60.0)
+"""Durations that a goal may ask for [s]."""
+
+
+def target_of(goal: ReachTarget.Goal, targets: Mapping[str, FloatArray]) -> FloatArray:
+    """Tool position (3,) [m] of a goal.
+
+    Args:
+        goal: The goal.
+        targets: Positions (3,) [m] of the targets that it may name.
+
+    Raises:
+        PlanningError: when it is malformed.
+    """
+    low, high = DURATIONS_S
+    if goal.duration != 0.0 and not low <= goal.duration <= high:
+        raise PlanningError(
+            f"goal duration {goal.duration} s", expected=f"{low} to {high} s, or 0: the default"
+        )
+    if goal.target:
+        if goal.target not in targets:
+            raise PlanningError(
+                f"there is no target {goal.target!r}",
+                expected=", ".join(targets) or "a pose: no named targets are configured",
+            )
+        return targets[goal.target].copy()
+    if goal.pose.header.frame_id not in ("", WORLD, "lwr_base"):
+        raise PlanningError(
+            f"goal is in frame {goal.pose.header.frame_id!r}", expected="world or lwr_base"
+        )
+    position = goal.pose.pose.position
+    target = np.array([position.x, position.y, position.z])
+    if not np.isfinite(target).all():
+        raise PlanningError(f"goal position {target.tolist()}", expected="finite numbers [m]")
+    return target
