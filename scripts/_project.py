@@ -30,6 +30,8 @@ def environment():
     # Several processes share two cores: one thread each for linear algebra on small matrices.
     for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         env.setdefault(name, "1")
+    # Not the shared-memory transport: a process that is killed may leave it locked for all others.
+    env.setdefault("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")
     env["HRI_PROJECT_ROOT"] = str(ROOT)
     return env
 
