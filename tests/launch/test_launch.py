@@ -92,8 +92,7 @@ def test_a_run_from_start_to_end(launch: Launch) -> None:
     (reach,) = summary["reaches"]
     assert reach["goal_error_m"] <= 0.01
     assert reach["min_clearance_m"] > 0.0
-    # How large it is depends on how busy the machine is: benchmarks measure it, lock-step tests bound it.
-    assert reach["max_handover_jump_rad"] >= 0.0
+    assert reach["max_handover_jump_rad"] < 1e-3
     assert summary["prediction_rate_hz"] >= 25.0
     assert summary["mocap_rate_hz"] == pytest.approx(250.0, rel=0.05)
     assert (run.out / "picture.png").stat().st_size > 10_000
