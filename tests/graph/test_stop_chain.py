@@ -107,8 +107,7 @@ def test_a_simulator_that_falls_behind(
     slipped = any("ran ahead" in fault for fault in graph.nodes["simulator"].faults)
     assert slipped == slips
     references = graph.messages("/joint_trajectory_controller/reference")
-    # Plans that arrive together are joined by one long blend, which strays from them a little.
-    assert max(m.max_handover_jump for m in references) < 5e-3
+    assert max(m.max_handover_jump for m in references) < 1e-3
     assert largest_reference_step(graph) < 0.02
 
 

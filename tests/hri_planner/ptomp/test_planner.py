@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from reach_trials import REST, TABLE
 
-from hri_planner.ptomp import HumanForecast, PtompConfig, PtompPlanner
+from hri_planner.ptomp import HumanForecast, JointPlan, PtompConfig, PtompPlanner
 from hri_planner.robot import load_robot, solve_ik
 from hri_prediction.errors import PlanningError
 from hri_prediction.geometry import capsule_distances
@@ -128,16 +128,17 @@ def test_resync_starts_where_the_controller_is():
     assert np.all(np.abs(result.plan.qd) <= ROBOT.velocity)
 
 
-def test_hold_plan_stops_smoothly():
+def test_a_followed_plan_that_waits_is_not_taken_for_the_goal():
     planner = _planner()
     plan = planner.start(START, np.zeros(7), GOAL, 1.0, 0.0)
-    hold = planner.hold_plan(0.5)
-    np.testing.assert_allclose(hold.sample(0.5)[1], plan.sample(0.5)[1], atol=1e-9)
-    t = np.linspace(0.5, hold.end_s, 200)
-    q, qd, qdd = hold.sample(t)
-    assert np.abs(qd[-1]).max() == 0.0
-    assert np.abs(qdd).max() < 20.0
-    assert ROBOT.within_limits(q)
+    # The controller never got beyond a plan that waits at the start.
+    planner.follow(JointPlan(np.array([0.4]), START[None], np.zeros((1, 7)), np.zeros((1, 7))))
+    assert not planner.finished(0.5)
+    result = planner.replan(0.5, [])
+    assert result.stage == "reaching"
+    assert result.goal_error_m < 1e-6
+    planner.follow(plan.shifted(0.2))
+    assert planner.finished(1.2)
 
 
 def test_impossible_requests_say_why():

@@ -99,7 +99,6 @@ def test_follows_and_holds_the_end():
     np.testing.assert_allclose(run.controller.q_ref, 0.5 * (START + END), atol=1e-12)
     assert run.controller.state == "tracking"
     assert run.controller.time_in_trajectory == pytest.approx(0.75)
-    assert run.controller.time_left == pytest.approx(0.75)
     run.go(1.0)
     np.testing.assert_allclose(run.controller.q_ref, END, atol=1e-12)
     assert run.controller.state == "idle"

@@ -24,6 +24,5 @@ def warm_kernels() -> None:
     radii = np.array([0.05, 0.04, 0.05])
     people = HumanForecast(0.0, 0.1, arm[None], np.full((1, 4), 0.02), radii)
     planner.replan(0.04, [people], iterations=4)
-    planner.hold_plan(0.1)
     axes = np.stack((arm[:-1], arm[1:]), axis=1)
     capsule_distances(robot.robot_capsules(start), robot.capsule_radii, axes, radii)

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from rclpy.task import Future
 
 from hri_planner.ros.inputs import NOBODY
 from hri_prediction.ros.messages import ReachTarget
@@ -21,7 +20,6 @@ class Motion:
 
     Attributes:
         handle: rclpy's goal handle.
-        done: Completed with the result when the motion ends.
         target: Tool position (3,) [m].
         duration_s: Wanted duration [s].
         accepted_ns: ROS time of acceptance [ns].
@@ -29,25 +27,22 @@ class Motion:
     """
 
     handle: Any
-    done: Future
     target: FloatArray
     duration_s: float
     accepted_ns: int
     number: int
     started: bool = False
     cancelling: bool = False
+    ended: bool = False
     replans: int = 0
     misses: int = 0
     min_separation: float = NOBODY
     lost_since_ns: int | None = None
     costs: dict[str, float] = field(default_factory=dict)
 
-    def end(self, outcome: int, reason: str, now_ns: int, goal_error: float) -> None:
-        """Fix the result; the action's coroutine sends it. Only the first call counts."""
-        if not self.done.done():
-            self.done.set_result(self._result(outcome, reason, now_ns, goal_error))
-
-    def _result(self, outcome: int, reason: str, now_ns: int, goal_error: float) -> Any:
+    def end(self, outcome: int, reason: str, now_ns: int, goal_error: float) -> Any:
+        """Mark the motion as over and make its result."""
+        self.ended = True
         return ReachTarget.Result(
             outcome=outcome,
             reason=reason,

@@ -16,8 +16,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from rclpy.action import ActionServer, CancelResponse, GoalResponse
-from rclpy.task import Future
+from rclpy.action import CancelResponse, GoalResponse
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Header
 from trajectory_msgs.msg import JointTrajectory
@@ -30,12 +29,13 @@ from hri_planner.ptomp.config import PtompConfig, load_default_config
 from hri_planner.ptomp.costs import TableBox
 from hri_planner.ptomp.planner import PlannerSnapshot, PtompPlanner, ReplanResult
 from hri_planner.robot.model import load_robot
+from hri_planner.ros.action import TickedActionServer
 from hri_planner.ros.conversions import joints_from_message, trajectory_message
 from hri_planner.ros.goals import target_of
+from hri_planner.ros.handover import STANDING_RATE, Handover, Joint
 from hri_planner.ros.inputs import Inputs
 from hri_planner.ros.markers import plan_markers
 from hri_planner.ros.status import describe_plan, percentile_figures
-from hri_planner.ros.tracker import PlanTracker, Published
 from hri_planner.ros.worker import Worker
 from hri_planner.warm import warm_kernels
 from hri_prediction.errors import DataError, PlanningError
@@ -55,14 +55,12 @@ from hri_prediction.ros.time import NANO, seconds_to_ns, to_ns, to_time
 FloatArray = NDArray[np.float64]
 
 TICK_S = 0.004
+TRANSPORT_NS = 5_000_000
+"""A plan must be ready so long before its hand-over to reach the controller in time [ns]."""
 HEARTBEAT_NS = 20_000_000
 FEEDBACK_NS = 100_000_000
-CONTROLLER_STEP_S = 0.004
-"""Step of the trajectory controller [s]."""
-STANDING_RATE = 0.01
-"""A controller that runs at less than this share of full speed stands."""
-HELD_GAP_RAD = 1e-3
-"""A controller that stands this far off the newest plan has dropped it."""
+STOPPED_RATE = 0.7
+"""A stop that has slowed the robot below this share of full speed ends at rest."""
 SETTLE_NS = 100_000_000
 """How long a new motion waits for the controller to come to rest by itself [ns]."""
 CLOCK_STEP_NS = 100_000_000
@@ -76,19 +74,20 @@ _STAGE_NAMES = {
 }
 
 
+def _slowed(reference: ControllerState) -> bool:
+    """Whether the controller follows a path and has been slowed a lot, yet does not stand."""
+    active = reference.state != ControllerState.IDLE
+    return active and STANDING_RATE < reference.speed_scale < STOPPED_RATE
+
+
 @dataclass(frozen=True)
 class _Cycle:
-    """What one replan was made from and for.
-
-    While the controller is slower than the clock, ``follows`` is the plan that it is on and ``joins_s``
-    where on it (plan clock of that plan) the new one begins.
-    """
+    """What one replan was made from and for."""
 
     motion_number: int
     handover_ns: int
     newest_sample_ns: int
-    follows: Published | None
-    joins_s: float | None
+    joint: Joint | None
     before: PlannerSnapshot
     result: ReplanResult
     compute_s: float
@@ -127,14 +126,21 @@ class PtompNode(HriNode):
         self._budget = VirtualTimeBudget(config.slowdown)
         self._worker: Worker[_Cycle] = Worker("ptomp optimiser", inline=self.lockstep)
         self._motion: Motion | None = None
-        self._accepted: dict[bytes, Motion] = {}
         self._holding = False
+        self._dropped = False
         self._motions = 0
-        self._origin_ns = 0
         self._next_cycle_ns = 0
         self._last_plan_ns = 0
         self._last_tick_ns = 0
-        self._plans_sent = PlanTracker()
+        arrival = 0 if self.lockstep else config.compute_share * config.replan_interval + TICK_S
+        self._handover = Handover(
+            self._planner,
+            self._inputs,
+            arrival_ns=seconds_to_ns(arrival),
+            interval_ns=self._interval_ns,
+            lockstep=self.lockstep,
+            now_ns=self.now_ns,
+        )
         self._last: _Cycle | None = None
         self._stage = PlannerStatus.IDLE
         self._reason = ""
@@ -159,11 +165,10 @@ class PtompNode(HriNode):
             ControllerState, "joint_trajectory_controller/reference", self._on_reference, SENSOR
         )
         self.listen(IdsList, "humans/bodies/tracked", self._on_ids, LATCHED)
-        self._action = ActionServer(
+        self._action = TickedActionServer(
             self,
             ReachTarget,
             "ptomp/reach_target",
-            execute_callback=self._execute,
             goal_callback=lambda _: GoalResponse.ACCEPT,
             handle_accepted_callback=self._on_goal,
             cancel_callback=self._on_cancel,
@@ -209,7 +214,8 @@ class PtompNode(HriNode):
         """Make an accepted goal the present motion; a malformed one ends at once."""
         goal = handle.request
         self._motions += 1
-        motion = Motion(handle, Future(), np.zeros(3), 0.0, self.now_ns(), self._motions)
+        motion = Motion(handle, np.zeros(3), 0.0, self.now_ns(), self._motions)
+        handle.execute()
         try:
             motion.target = target_of(goal, self._targets)
             motion.duration_s = goal.duration or self._config.default_duration
@@ -219,26 +225,21 @@ class PtompNode(HriNode):
             if self._motion is not None:
                 self._end(self._motion, ReachTarget.Result.PREEMPTED, "a newer goal took over")
             self._motion = motion
-        self._accepted[bytes(handle.goal_id.uuid)] = motion
-        handle.execute()
 
-    async def _execute(self, handle: Any) -> ReachTarget.Result:
-        """Send the result once there is one; everything before that happens on ticks."""
-        motion = self._accepted.pop(bytes(handle.goal_id.uuid))
-        result: ReachTarget.Result = await motion.done
-        if result.outcome == ReachTarget.Result.REACHED:
+    def _end(self, motion: Motion, outcome: int, reason: str) -> None:
+        """End a motion, once: its final state, the result, the status."""
+        now_ns, handle = self.now_ns(), motion.handle
+        if motion.ended:
+            return
+        result = motion.end(outcome, reason, now_ns, self._goal_distance(motion))
+        if outcome == ReachTarget.Result.REACHED:
             handle.succeed()
-        elif result.outcome == ReachTarget.Result.CANCELLED and handle.is_cancel_requested:
+        elif outcome == ReachTarget.Result.CANCELLED and handle.is_cancel_requested:
             handle.canceled()
         else:
             handle.abort()
-        self.get_logger().info(f"motion {motion.number}: {result.reason}")
-        return result
-
-    def _end(self, motion: Motion, outcome: int, reason: str) -> None:
-        """End a motion within this tick, whenever the coroutine gets to sending its result."""
-        now_ns = self.now_ns()
-        motion.end(outcome, reason, now_ns, self._goal_distance(motion))
+        self._action.send_result(handle, result)
+        self.get_logger().info(f"motion {motion.number}: {reason}")
         if self._motion is motion:
             self._motion = None
             self._stage = PlannerStatus.HOLDING if self._holding else PlannerStatus.IDLE
@@ -268,7 +269,7 @@ class PtompNode(HriNode):
             self._next_heartbeat_ns = now_ns + HEARTBEAT_NS
             if self._config.heartbeat:
                 self._speed_scale.publish(Float64(data=self._scale))
-        if motion is not None and now_ns >= self._next_feedback_ns and not motion.done.done():
+        if motion is not None and now_ns >= self._next_feedback_ns and not motion.ended:
             self._next_feedback_ns = now_ns + FEEDBACK_NS
             motion.handle.publish_feedback(
                 ReachTarget.Feedback(
@@ -291,13 +292,14 @@ class PtompNode(HriNode):
         if motion is not None and motion.cancelling:
             self._cancel(motion)
             return
-        problem = self._inputs.problem(now_ns)
+        problem = self._inputs.problem(now_ns) or self._unrest()
         late = (now_ns - self._last_plan_ns) / NANO - self._config.replan_interval
         if not problem and self._worker.busy and late > self._config.late_timeout:
             problem = f"the replan is {late:.2f} s late"
         if problem:
             self._pause(now_ns, motion, problem)
             return
+        self._dropped = False
         if self._scale == 0.0:
             self._reason = ""
             # While paused no replan was due: the first one must not count as late.
@@ -321,6 +323,10 @@ class PtompNode(HriNode):
             self._stage, self._reason = PlannerStatus.STOPPING, problem
             self.fault("paused", problem)
             self._publish_status(now_ns, motion, None)
+        reference = self._inputs.reference
+        if not self._dropped and reference is not None and _slowed(reference):
+            self._dropped = True
+            self._drop()
         if motion is None:
             return
         if motion.lost_since_ns is None:
@@ -337,18 +343,41 @@ class PtompNode(HriNode):
         if np.abs(self._inputs.qd).max() < self._config.rest_speed:
             self._end(motion, ReachTarget.Result.CANCELLED, "cancelled; the robot stands")
 
-    def _halt(self) -> None:
+    def _unrest(self) -> str:
+        """Whether a stop has yet to come to rest.
+
+        A stop that has begun to bite ends at rest, whatever its cause: where a robot that is being slowed
+        and quickened again will be at a hand-over, nobody knows well enough.
+        """
+        reference = self._inputs.reference
+        if reference is None or reference.state == ControllerState.IDLE:
+            return ""
+        if self._dropped or (reference.state == ControllerState.STOPPING and _slowed(reference)):
+            return self._reason or "the controller is stopping"
+        return ""
+
+    def _drop(self) -> None:
         """Stop along the present path: an empty trajectory, as for joint_trajectory_controller."""
         self._trajectory.publish(JointTrajectory(joint_names=list(self._robot.joint_names)))
-        self._plans_sent.clear()
+        self._handover.forget()
+
+    def _halt(self) -> None:
+        """Stop, and hold nothing."""
+        self._drop()
         self._holding = False
 
     def _has_ended(self, now_ns: int, motion: Motion) -> bool:
+        if (now_ns - motion.accepted_ns) / NANO > self._config.max_duration:
+            self._halt()
+            reason = self._reason or "no way to the goal was found in time"
+            text = f"gave up {self._goal_distance(motion):.2f} m away: {reason}"
+            self._end(motion, ReachTarget.Result.BLOCKED, text)
+            return True
         if not motion.started:
             return False
         at_rest = np.abs(self._inputs.qd).max() < self._config.rest_speed
         distance = self._goal_distance(motion)
-        plan_time = (now_ns - self._origin_ns) / NANO
+        plan_time = self._handover.plan_time_s(now_ns)
         if (
             at_rest
             and distance <= self._config.goal_tolerance
@@ -356,12 +385,6 @@ class PtompNode(HriNode):
         ):
             self._holding = True
             self._end(motion, ReachTarget.Result.REACHED, f"reached, {distance * 1e3:.1f} mm off")
-            return True
-        if (now_ns - motion.accepted_ns) / NANO > self._config.max_duration:
-            self._halt()
-            reason = self._reason or "no way to the goal was found in time"
-            text = f"gave up {distance:.2f} m away: {reason}"
-            self._end(motion, ReachTarget.Result.BLOCKED, text)
             return True
         return False
 
@@ -375,17 +398,21 @@ class PtompNode(HriNode):
 
     # ------------------------------------------------------------------ planning
     def _start_cycle(self, now_ns: int, motion: Motion | None) -> None:
-        handover_ns = now_ns + self._interval_ns
+        # From the last hand-over, not from this tick: else each interval is longer by part of a tick.
+        begin_ns = self._next_cycle_ns
+        if now_ns - begin_ns > self._interval_ns // 4:
+            begin_ns = now_ns
+        handover_ns = begin_ns + self._interval_ns
         if (
             motion is not None
             and not motion.started
             and not (self._may_begin(now_ns, motion) and self._begin(motion, handover_ns))
         ):
             return
-        handover_s = (handover_ns - self._origin_ns) / NANO
-        follows, joins_s = self._follow_reference(handover_ns)
+        handover_s = self._handover.plan_time_s(handover_ns)
+        joint = self._handover.align(handover_ns)
         try:
-            forecasts = self._inputs.forecasts(self._origin_ns)
+            forecasts = self._inputs.forecasts(self._handover.origin_ns)
         except DataError as error:
             self.fault("forecast", str(error))
             return
@@ -401,7 +428,7 @@ class PtompNode(HriNode):
                 self._free_steps(handover_s),
             )
         else:
-            end_ns = now_ns + round(self._config.compute_share * self._interval_ns)
+            end_ns = begin_ns + round(self._config.compute_share * self._interval_ns)
 
             def deadline() -> bool:
                 # The ROS clock, so that the share is kept when /clock runs fast or slow.
@@ -414,7 +441,7 @@ class PtompNode(HriNode):
                 handover_s, forecasts, iterations=iterations, deadline=deadline
             )
             spent = time.monotonic() - start
-            return _Cycle(number, handover_ns, newest_ns, follows, joins_s, before, result, spent)
+            return _Cycle(number, handover_ns, newest_ns, joint, before, result, spent)
 
         self._worker.submit(job)
         if self.lockstep:
@@ -429,7 +456,7 @@ class PtompNode(HriNode):
         reference = self._inputs.reference
         if reference is None or reference.state == ControllerState.IDLE:
             return True
-        if self._state_at(now_ns + self._interval_ns) is not None:
+        if self._handover.state_at(now_ns + self._interval_ns) is not None:
             return True
         if now_ns - motion.accepted_ns > SETTLE_NS:
             self._halt()
@@ -439,7 +466,7 @@ class PtompNode(HriNode):
     def _begin(self, motion: Motion, handover_ns: int) -> bool:
         """Set the planner on a new goal, from rest or in flight."""
         q, qd = self._inputs.q, self._inputs.qd
-        state = self._state_at(handover_ns)
+        state = self._handover.state_at(handover_ns)
         reference = self._inputs.reference
         if state is not None:
             q, qd = state[0], state[1]
@@ -447,7 +474,6 @@ class PtompNode(HriNode):
             # What the controller asks for, not what the joints make of it: no step at hand-over.
             q = np.array(reference.reference_position)
             qd = np.array(reference.reference_velocity)
-        self._origin_ns = handover_ns
         try:
             self._planner.start(q, qd, motion.target, motion.duration_s, 0.0)
         except PlanningError as error:
@@ -455,7 +481,7 @@ class PtompNode(HriNode):
                 self._halt()
             self._end(motion, ReachTarget.Result.UNREACHABLE, str(error))
             return False
-        self._plans_sent.clear()
+        self._handover.begin(handover_ns)
         motion.started = True
         self._holding = False
         self._last_plan_ns = handover_ns
@@ -466,59 +492,6 @@ class PtompNode(HriNode):
         plan = self._planner.plan
         left = 0.0 if plan is None else max(plan.end_s - handover_s, 0.0)
         return round(left / self._config.default_duration * self._planner_config.num_timesteps)
-
-    def _arrival_ns(self, handover_ns: int) -> int:
-        """When the plan for a hand-over reaches the controller: at once in lock-step."""
-        if self.lockstep:
-            return self.now_ns()
-        compute_ns = self._config.compute_share * self._interval_ns
-        return handover_ns - self._interval_ns + round(compute_ns) + seconds_to_ns(TICK_S)
-
-    def _state_at(self, time_ns: int) -> tuple[FloatArray, FloatArray, FloatArray] | None:
-        """State on the path that the controller will have at ``time_ns``; none when it is idle."""
-        progress = self._plans_sent.progress(
-            self._inputs.reference, time_ns, self._arrival_ns(time_ns)
-        )
-        return None if progress is None else progress.published.plan.sample(progress.plan_time_s)
-
-    def _follow_reference(self, handover_ns: int) -> tuple[Published | None, float | None]:
-        """Plan on from where the robot will be, when that is not where the newest plan says.
-
-        That is so when speed scaling has held it back, or the newest plan did not get through.
-
-        Returns:
-            The plan that the controller is on, and its plan time at the hand-over [s], when that is
-            not as planned.
-        """
-        reference, newest = self._inputs.reference, self._plans_sent.newest
-        handover_s = (handover_ns - self._origin_ns) / NANO
-        progress = self._plans_sent.progress(reference, handover_ns, self._arrival_ns(handover_ns))
-        if progress is None:
-            if reference is None or reference.state != ControllerState.IDLE:
-                return None, None
-            if newest is not None and to_ns(reference.header.stamp) <= newest.due_ns:
-                return None, None  # the newest plan is on its way
-            # The controller dropped it, or no plan of this motion was ever in time.
-            stands_at = np.array(reference.reference_position)
-            present = self._planner.plan
-            if (
-                present is not None
-                and np.abs(present.sample(handover_s)[0] - stands_at).max() > HELD_GAP_RAD
-            ):
-                self._planner.resync(stands_at, np.zeros(7), handover_s)
-            return None, None
-        if progress.rate < STANDING_RATE and np.abs(progress.offset).max() > HELD_GAP_RAD:
-            # Stopped while it joined late plans, in a way that is not known here.
-            q, qd, _ = progress.published.plan.sample(progress.plan_time_s)
-            self._planner.resync(q + progress.offset, qd, handover_s)
-            return None, None
-        lag = handover_s - progress.plan_time_s
-        if progress.refused:
-            self._planner.restore(progress.published.snapshot)
-        elif not progress.newest or (progress.rate > 0.999 and lag < 1e-6):
-            return None, None  # the newest plan is on its way, or runs as planned
-        self._planner.follow(progress.published.plan.shifted(lag))
-        return progress.published, progress.plan_time_s
 
     def _collect(self, now_ns: int) -> None:
         """Publish the plan that has become ready, unless it is late."""
@@ -543,7 +516,7 @@ class PtompNode(HriNode):
             # Made for a robot that moves on; it is being stopped.
             self._planner.restore(cycle.before)
             return
-        if now_ns > cycle.handover_ns:
+        if now_ns > cycle.handover_ns - (0 if self.lockstep else TRANSPORT_NS):
             self._misses += 1
             if motion is not None:
                 motion.misses += 1
@@ -554,26 +527,9 @@ class PtompNode(HriNode):
         self._last_plan_ns = now_ns
         self._publish_plan(now_ns, motion, cycle)
 
-    def _due_ns(self, now_ns: int, cycle: _Cycle) -> int:
-        """When the first point of a plan is due.
-
-        At full speed that is the hand-over that it was made for. While the controller is slower, the
-        time at which it will be where the plan begins depends on when the plan arrives. Controllers
-        take plans in between two of their steps, as of the last one: that is on average half a step ago,
-        in lock-step a whole one.
-        """
-        step_ns = seconds_to_ns(CONTROLLER_STEP_S)
-        now_ns -= step_ns if self.lockstep else step_ns // 2
-        progress = self._plans_sent.progress(self._inputs.reference, now_ns, now_ns)
-        if cycle.joins_s is None or progress is None or progress.published is not cycle.follows:
-            return cycle.handover_ns
-        return now_ns + seconds_to_ns(cycle.joins_s - progress.plan_time_s)
-
     def _publish_plan(self, now_ns: int, motion: Motion | None, cycle: _Cycle) -> None:
         result = cycle.result
-        due_ns = self._due_ns(now_ns, cycle)
-        path = self._plans_sent.with_lead_in(cycle.before.plan, result.plan)
-        self._plans_sent.add(Published(due_ns, result.plan.start_s, path, self._planner.snapshot()))
+        due_ns = self._handover.publish(cycle.handover_ns, cycle.joint, cycle.before, result)
         self._trajectory.publish(trajectory_message(result.plan, self._robot.joint_names, due_ns))
         if motion is not None:
             motion.replans += 1
@@ -609,12 +565,11 @@ class PtompNode(HriNode):
             message.deadline_misses = motion.misses
             message.distance_to_goal = self._goal_distance(motion)
         if cycle is not None:
-            newest = self._plans_sent.newest
             describe_plan(
                 message,
                 cycle.result,
-                due_ns=newest.due_ns if newest else cycle.handover_ns,
-                due_s=(cycle.handover_ns - self._origin_ns) / NANO,
+                due_ns=self._handover.newest_due_ns or cycle.handover_ns,
+                due_s=self._handover.plan_time_s(cycle.handover_ns),
                 newest_sample_ns=cycle.newest_sample_ns,
             )
         self._status.publish(message)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from hri_planner.ptomp import quintic
 from hri_prediction.errors import PlanningError
 
 FloatArray = NDArray[np.float64]
@@ -30,6 +31,9 @@ class JointPlan:
 
     def __post_init__(self) -> None:
         """Check shapes and the clock."""
+        for name in ("time_s", "q", "qd", "qdd"):
+            array = np.ascontiguousarray(getattr(self, name), dtype=np.float64)
+            object.__setattr__(self, name, array)
         count = len(self.time_s)
         shapes = {np.shape(values) for values in (self.q, self.qd, self.qdd)}
         if count < 1 or shapes != {(count, 7)}:
@@ -58,35 +62,11 @@ class JointPlan:
             q, qd, qdd of shape (7,) or (n, 7).
         """
         times = np.atleast_1d(np.asarray(t, dtype=float))
-        knots = self.time_s
-        if len(knots) == 1:
-            q = np.broadcast_to(self.q[0], (len(times), 7)).copy()
-            qd, qdd = np.zeros_like(q), np.zeros_like(q)
-        else:
-            index = np.clip(np.searchsorted(knots, times, side="right") - 1, 0, len(knots) - 2)
-            q, qd, qdd = self._quintic(index, np.clip(times, knots[0], knots[-1]))
-            outside = (times < knots[0]) | (times > knots[-1])
-            qd[outside] = 0.0
-            qdd[outside] = 0.0
+        states = np.empty((3, len(times), 7))
+        quintic.sample(self.time_s, self.q, self.qd, self.qdd, times, states)
+        q, qd, qdd = states
         if np.ndim(t) == 0:
             return q[0], qd[0], qdd[0]
-        return q, qd, qdd
-
-    def _quintic(
-        self, index: NDArray[np.int64], times: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        h = (self.time_s[index + 1] - self.time_s[index])[:, None]
-        x = (times - self.time_s[index])[:, None] / h
-        q0, v0, a0 = self.q[index], self.qd[index] * h, 0.5 * self.qdd[index] * h * h
-        gap = self.q[index + 1] - q0 - v0 - a0
-        rise = self.qd[index + 1] * h - v0 - 2.0 * a0
-        bend = self.qdd[index + 1] * h * h - 2.0 * a0
-        c3 = 10.0 * gap - 4.0 * rise + 0.5 * bend
-        c4 = -15.0 * gap + 7.0 * rise - bend
-        c5 = 6.0 * gap - 3.0 * rise + 0.5 * bend
-        q = q0 + x * (v0 + x * (a0 + x * (c3 + x * (c4 + x * c5))))
-        qd = (v0 + x * (2.0 * a0 + x * (3.0 * c3 + x * (4.0 * c4 + x * 5.0 * c5)))) / h
-        qdd = (2.0 * a0 + x * (6.0 * c3 + x * (12.0 * c4 + x * 20.0 * c5))) / (h * h)
         return q, qd, qdd
 
     def shifted(self, seconds: float) -> JointPlan:
@@ -107,17 +87,6 @@ class JointPlan:
             np.concatenate((qd[None], self.qd[later])),
             np.concatenate((qdd[None], self.qdd[later])),
         )
-
-    def time_scaled(self, factor: float) -> JointPlan:
-        """The same path, slower by a factor (2: twice the time), from the first knot on.
-
-        Raises:
-            PlanningError: when the factor is not positive.
-        """
-        if not factor > 0.0:
-            raise PlanningError(f"time scale {factor}", expected="a positive number")
-        times = self.start_s + factor * (self.time_s - self.start_s)
-        return JointPlan(times, self.q, self.qd / factor, self.qdd / factor**2)
 
 
 def connect(

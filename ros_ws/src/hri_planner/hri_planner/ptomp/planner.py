@@ -16,7 +16,7 @@ from hri_planner.ptomp.motion import Grid, Motion, from_plan
 from hri_planner.ptomp.plan import JointPlan, connect
 from hri_planner.ptomp.result import ReplanResult
 from hri_planner.ptomp.search import LOOK_S, Candidate, MotionSearch, Task
-from hri_planner.ptomp.timing import fastest_duration, stop_motion
+from hri_planner.ptomp.timing import fastest_duration
 from hri_planner.robot.ik import ik_candidates
 from hri_planner.robot.model import RobotModel
 from hri_prediction.errors import PlanningError
@@ -25,6 +25,7 @@ FloatArray = NDArray[np.float64]
 
 STAGES = ("idle", "reaching", "waiting", "holding")
 
+_AT_GOAL_M = 1e-4  # plans that arrive end nearer to the goal than this
 _TROUBLE = 0.02  # collision and contact cost from which alternatives are worth looking at
 _OVERDUE_GRACE_S = 0.3
 _LATE_S = 0.05  # from which delay on a plan counts as late
@@ -169,11 +170,16 @@ class PtompPlanner:
     def follow(self, plan: JointPlan) -> None:
         """The robot is on this plan, e.g. on the present one but later, as speed scaling makes it.
 
+        It may be any plan of this reach, also one that waits off the goal.
+
         Raises:
             PlanningError: when no reach is active.
         """
         self._require_plan()
         self.plan = plan
+        self._arrives = self._goal_error(plan) < _AT_GOAL_M
+        if self._arrives:
+            self._posture = plan.q[-1]
 
     def snapshot(self) -> PlannerSnapshot:
         """What the next replan starts from; see :meth:`restore`."""
@@ -192,17 +198,6 @@ class PtompPlanner:
         if self.plan is None or not self._arrives:
             return False
         return self.stage == "holding" or time_s >= self.plan.end_s - 1e-9
-
-    def hold_plan(self, time_s: float, duration_s: float = 0.5) -> JointPlan:
-        """A plan that comes to rest as quickly as smoothness allows, then holds.
-
-        Raises:
-            PlanningError: when no reach is active.
-        """
-        grid = self._grid(time_s, 0.0, max(duration_s, 2.0))
-        motion = stop_motion(self.robot, self.config.acceleration_limit, grid)
-        assert motion is not None
-        return motion.to_plan(grid)
 
     def replan(
         self,
@@ -327,8 +322,6 @@ class PtompPlanner:
             reason = "no safe way to the goal now: waiting clear of the person"
         elif late > _LATE_S:
             reason = f"slowed for the person: arrival {late:.2f} s late"
-        error = float(np.linalg.norm(self.robot.frames(plan.q[-1])[3] - self._goal))
-        taken = self._duration_s + max(late, 0.0)
         return ReplanResult(
             plan=plan,
             stage=self.stage,
@@ -338,9 +331,11 @@ class PtompPlanner:
             cost_terms=dict(zip(TERMS, map(float, terms[0]), strict=True)),
             predicted_clearance_m=clearance if clearance < 100.0 else float("inf"),
             predicted_first_contact_s=contact_s,
-            goal_error_m=error,
-            time_scale=self._duration_s / taken,
+            goal_error_m=self._goal_error(plan),
         )
+
+    def _goal_error(self, plan: JointPlan) -> float:
+        return float(np.linalg.norm(self.robot.frames(plan.q[-1])[3] - self._goal))
 
     def _first_contact(self, motion: Motion, grid: Grid) -> float:
         """Plan-clock time of the first contact of a motion that is known to have one [s]."""

@@ -21,7 +21,6 @@ class ReplanResult:
         predicted_clearance_m: Smallest clearance to the forecast's mean; infinite without people.
         predicted_first_contact_s: First plan-clock time at which the forecast touches the plan.
         goal_error_m: Distance of the tool from the goal at the end of the plan.
-        time_scale: Asked duration / duration of the plan as it stands, at most 1.
     """
 
     plan: JointPlan
@@ -33,4 +32,3 @@ class ReplanResult:
     predicted_clearance_m: float
     predicted_first_contact_s: float | None
     goal_error_m: float
-    time_scale: float

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -120,31 +120,19 @@ class MotionSearch:
             budget: Largest number of iterations.
             deadline: Polled before each; true ends the search.
         """
-        starts = self._starts(kept, grid, task)
+        starts = self._starts(kept, grid, task, deadline)
         return self._search(starts, grid, task, budget, deadline)
 
-    def _starts(self, kept: Candidate, grid: Grid, task: Task) -> list[Candidate]:
+    def _starts(
+        self, kept: Candidate, grid: Grid, task: Task, deadline: Callable[[], bool] | None
+    ) -> list[Candidate]:
         """The present plan and, where they beat it clearly, others, cheapest first."""
-        config, robot = self._config, self._robot
-        others: list[Motion] = posture_motions(
-            kept.motion, grid, robot, task.goal, config.posture_candidates, self._rng
-        )
-        limit = config.acceleration_limit
-        if task.trouble or task.late:
-            for posture in self._goal_postures(kept.motion, task):
-                others += direct_motions(robot, limit, grid, posture)
-        if task.trouble:
-            others += detour_motions(kept.motion, grid, robot)
-            others += retreat_motions(grid, robot, limit, task.forecasts, task.home)
-            if kept.motion.arrival:
-                others += slowed_motions(task.present, grid)
-            stop = stop_motion(robot, limit, grid)
-            if stop is not None:
-                others.append(stop)
-            if kept.motion.arrival is not None:
-                end = min(grid.knots - 1, int(LOOK_S / grid.step))
-                if end > kept.motion.arrival:
-                    others.append(replace(kept.motion, kind="excursion", arrival=end))
+        config = self._config
+        others: list[Motion] = []
+        for motions in self._proposals(kept.motion, grid, task):
+            others += motions
+            if deadline is not None and deadline():
+                break
         latest = max(int(LOOK_S / grid.step), kept.motion.arrival or 0)
         others = [m for m in others if m.arrival is None or m.arrival <= latest]
         if not others:
@@ -161,6 +149,25 @@ class MotionSearch:
             if other.rank < share * kept.rank or motion.kind == "excursion":
                 starts.append(other)
         return sorted(starts, key=lambda start: start.rank)
+
+    def _proposals(self, kept: Motion, grid: Grid, task: Task) -> Iterator[list[Motion]]:
+        """Other motions, those first that a robot in trouble can least do without."""
+        config, robot = self._config, self._robot
+        limit = config.acceleration_limit
+        if task.trouble:
+            stop = stop_motion(robot, limit, grid)
+            yield [] if stop is None else [stop]
+            yield slowed_motions(task.present, grid) if kept.arrival else []
+        if task.trouble or task.late:
+            for posture in self._goal_postures(kept, task):
+                yield direct_motions(robot, limit, grid, posture)
+        if task.trouble:
+            yield retreat_motions(grid, robot, limit, task.forecasts, task.home)
+            yield detour_motions(kept, grid, robot)
+            end = min(grid.knots - 1, int(LOOK_S / grid.step))
+            if kept.arrival is not None and end > kept.arrival:
+                yield [replace(kept, kind="excursion", arrival=end)]
+        yield posture_motions(kept, grid, robot, task.goal, config.posture_candidates, self._rng)
 
     def _goal_postures(self, kept: Motion, task: Task) -> list[FloatArray]:
         """The present final posture and, off the goal, those nearest to where the plan is."""
@@ -194,7 +201,9 @@ class MotionSearch:
                 chosen.append(start)
             if len(chosen) == _TRIED:
                 break
-        way = self._best_way_around(grid, task, starts[0].motion)
+        way = None
+        if deadline is None or not deadline():
+            way = self._best_way_around(grid, task, starts[0].motion)
         if way is not None:
             chosen.append(way)
         done = 0

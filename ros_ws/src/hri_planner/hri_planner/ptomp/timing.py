@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hri_planner.ptomp import quintic
 from hri_planner.ptomp.motion import Grid, Motion, State, to_posture
 from hri_planner.ptomp.plan import JointPlan
 from hri_planner.robot.model import RobotModel
@@ -12,7 +13,7 @@ from hri_planner.robot.model import RobotModel
 FloatArray = NDArray[np.float64]
 
 _DURATIONS = 0.12 * 1.12 ** np.arange(34)  # 0.12 s to 5 s
-_SAMPLES = np.linspace(0.0, 1.0, 13)[:, None]
+_SAMPLES = 13
 _SPEED_SHARE = 0.92
 _ADAPT_S = 0.25  # time in which the speed along the path changes
 _RATES = (0.75, 0.5, 0.3)
@@ -34,31 +35,23 @@ def fastest_duration(
     Returns:
         One of a fixed series of durations, the longest if none keeps the limits.
     """
-    return _fastest(robot, acceleration_limit, state, np.broadcast_to(q_end, (len(_DURATIONS), 7)))
+    return _fastest(robot, acceleration_limit, state, np.tile(q_end, (len(_DURATIONS), 1)))
 
 
-def _fastest(
-    robot: RobotModel, acceleration_limit: float, state: State, q_end: FloatArray
-) -> float:
+def _fastest(robot: RobotModel, acceleration_limit: float, state: State, ends: FloatArray) -> float:
     """As :func:`fastest_duration`, with a posture for each duration (34, 7)."""
-    q0, v0, a0 = state
-    t = _DURATIONS[:, None, None]
-    x = _SAMPLES
-    v, a = v0 * t, 0.5 * a0 * t * t
-    gap = q_end[:, None] - q0 - v - a
-    rise, bend = -v - 2.0 * a, -2.0 * a
-    c3 = 10.0 * gap - 4.0 * rise + 0.5 * bend
-    c4 = -15.0 * gap + 7.0 * rise - bend
-    c5 = 6.0 * gap - 3.0 * rise + 0.5 * bend
-    q = q0 + x * (v + x * (a + x * (c3 + x * (c4 + x * c5))))
-    qd = (v + x * (2.0 * a + x * (3.0 * c3 + x * (4.0 * c4 + x * 5.0 * c5)))) / t
-    qdd = (2.0 * a + x * (6.0 * c3 + x * (12.0 * c4 + x * 20.0 * c5))) / (t * t)
-    fastest = np.maximum(_SPEED_SHARE * robot.velocity, np.abs(v0) + 1e-9)
-    hardest = np.maximum(acceleration_limit, np.abs(a0) + 1e-9)
-    good = np.all(np.abs(qd) <= fastest, axis=(1, 2))
-    good &= np.all(np.abs(qdd) <= hardest, axis=(1, 2))
-    good &= np.all((q >= robot.lower) & (q <= robot.upper), axis=(1, 2))
-    return float(_DURATIONS[np.argmax(good)]) if good.any() else float(_DURATIONS[-1])
+    _, v0, a0 = state
+    index = quintic.first_within(
+        _DURATIONS,
+        np.stack(state),
+        ends,
+        _SAMPLES,
+        robot.lower,
+        robot.upper,
+        np.maximum(_SPEED_SHARE * robot.velocity, np.abs(v0) + 1e-9),
+        np.maximum(acceleration_limit, np.abs(a0) + 1e-9),
+    )
+    return float(_DURATIONS[index])
 
 
 def direct_motions(

@@ -6,7 +6,6 @@ from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hri_planner.ptomp.plan import JointPlan
 from hri_planner.ptomp.planner import PlannerSnapshot
@@ -45,7 +44,6 @@ class Progress:
         plan_time_s: Time of that plan at the hand-over, on the plan clock [s].
         rate: Rate at which it is followed, 0...1.
         newest: Whether it is the plan that was sent last.
-        offset: Where the controller was when it spoke, from where that plan was (7,) [rad].
         refused: Whether the plan that was sent last is due, but not followed: refused or lost.
     """
 
@@ -53,7 +51,6 @@ class Progress:
     plan_time_s: float
     rate: float
     newest: bool
-    offset: NDArray[np.float64]
     refused: bool
 
 
@@ -125,12 +122,10 @@ class PlanTracker:
         ahead = rate * (arrival_ns - said_ns) + (handover_ns - arrival_ns)
         newest = found is self._published[-1]
         said_s = found.start_s + reference.time_in_trajectory
-        expected = found.plan.sample(said_s)[0]
         return Progress(
             published=found,
             plan_time_s=said_s + ahead / NANO,
             rate=rate,
             newest=newest,
-            offset=np.array(reference.reference_position) - expected,
             refused=not newest and said_ns > self._published[-1].due_ns,
         )

@@ -131,6 +131,11 @@ class TrajectoryController:
         return self._path is not None
 
     @property
+    def _standing(self) -> bool:
+        """Whether a stop holds the robot at rest on its path."""
+        return self._path is not None and self.chain.scale == 0.0
+
+    @property
     def scale(self) -> float:
         """Rate of trajectory time against the clock: speed scale and speed limits together."""
         return float(self._clock[1]) if self._path is not None else self.chain.scale
@@ -151,13 +156,6 @@ class TrajectoryController:
     def time_in_trajectory(self) -> float:
         """Where on the active trajectory the reference is, from its stamp [s]; 0 when idle."""
         return float(self._clock[0]) if self._path is not None else 0.0
-
-    @property
-    def time_left(self) -> float:
-        """Trajectory time to the end of the active trajectory [s]; 0 when idle."""
-        if self._path is None:
-            return 0.0
-        return max(float(self._path.knots[-1] - self._clock[0]), 0.0)
 
     def accept(self, trajectory: JointTrajectory, *, needs_replan: bool = False) -> None:
         """Replace the present motion, at the time of the last step; without points, stop it.
@@ -266,6 +264,8 @@ class TrajectoryController:
                 expected=f"a first point at most {self.config.max_lateness} s late",
             )
         old = self._path_state.copy()  # the path's own velocity, not the scaled one
+        if self._standing:
+            old[1:] = 0.0
         join = first
         if first < now + self.config.blend_time:
             join = max(first, now + self._bridging_time(path, now))
@@ -282,7 +282,7 @@ class TrajectoryController:
         """How long a blend to a path that begins about now should take [s]."""
         begin = max(now, float(path.knots[0]))
         old = self._path_state
-        if self._path is not None:
+        if self._path is not None and not self._standing:
             old = self._path.at(float(self._clock[0]) + begin - now)
         gap = np.abs(old[:2] - path.at(begin)[:2])
         strongest = self.config.blend_acceleration
@@ -295,12 +295,14 @@ class TrajectoryController:
         )
 
     def _measure_handover(self, path: SplinePath, new_time: float, ahead: float) -> None:
-        if self._path is None:
+        if self._path is None or self._standing:
             self._clock[1] = self.chain.scale
-            # From rest: the first plan must begin where the robot stands.
-            gap = np.abs(self._path_state[0] - path.at(new_time)[0])
-            self.handover_jump_position = self.last_jump_position = float(gap.max())
-            self.handover_jump_velocity = 0.0
+            # From rest: the plan must begin where the robot stands.
+            jump = float(np.abs(self._path_state[0] - path.at(new_time)[0]).max())
+            if self._path is None:
+                self.handover_jump_position = self.handover_jump_velocity = 0.0
+            self.last_jump_position = jump
+            self.handover_jump_position = max(self.handover_jump_position, jump)
             return
         rate = float(self._clock[1])
         # Until then both paths advance at the same rate, so by equal amounts of path time.

@@ -1,0 +1,167 @@
+"""Where a replan begins: the state that the robot will have when the new plan takes effect."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hri_planner.ptomp.planner import PlannerSnapshot, PtompPlanner, ReplanResult
+from hri_planner.ros.inputs import Inputs
+from hri_planner.ros.tracker import PlanTracker, Progress, Published
+from hri_prediction.ros.messages import ControllerState
+from hri_prediction.ros.time import NANO, seconds_to_ns, to_ns
+
+FloatArray = NDArray[np.float64]
+
+CONTROLLER_STEP_NS = 4_000_000
+"""Step of the trajectory controller [ns]."""
+STANDING_RATE = 0.01
+"""A controller that runs at less than this share of full speed stands."""
+_SAME = 1e-6
+"""Angles [rad] and speeds [rad/s] of one state agree to this."""
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Where a plan joins what the robot is on, while the controller is slower than the clock.
+
+    Attributes:
+        follows: The plan that the controller is on.
+        plan_time_s: Where on it the new one begins, on its plan clock [s].
+    """
+
+    follows: Published
+    plan_time_s: float
+
+
+class Handover:
+    """Keeps the planner's idea of the motion and the controller's together.
+
+    Args:
+        planner: The planner; used between two replans only.
+        inputs: What the node has heard.
+        arrival_ns: Time from the start of a cycle until its plan reaches the controller [ns].
+        interval_ns: Time from the start of a cycle to its hand-over [ns].
+        lockstep: Whether plans arrive at once, and take effect as of the controller's last step.
+    """
+
+    def __init__(
+        self,
+        planner: PtompPlanner,
+        inputs: Inputs,
+        *,
+        arrival_ns: int,
+        interval_ns: int,
+        lockstep: bool,
+        now_ns: Callable[[], int],
+    ) -> None:
+        self._planner = planner
+        self._inputs = inputs
+        self._arrival_ns = arrival_ns
+        self._interval_ns = interval_ns
+        self._lockstep = lockstep
+        self._now_ns = now_ns
+        self._sent = PlanTracker()
+        self.origin_ns = 0
+
+    def begin(self, origin_ns: int) -> None:
+        """Begin a motion whose plan clock is zero at ``origin_ns``."""
+        self.origin_ns = origin_ns
+        self._sent.clear()
+
+    def forget(self) -> None:
+        """The controller was told to drop what it is on."""
+        self._sent.clear()
+
+    def plan_time_s(self, time_ns: int) -> float:
+        """A time on the plan clock [s]."""
+        return (time_ns - self.origin_ns) / NANO
+
+    @property
+    def newest_due_ns(self) -> int | None:
+        """When the first point of the plan that was sent last is due [ns]."""
+        newest = self._sent.newest
+        return None if newest is None else newest.due_ns
+
+    def state_at(self, time_ns: int) -> tuple[FloatArray, FloatArray, FloatArray] | None:
+        """State on the path that the controller will have then; none when it follows no plan."""
+        progress = self._progress(time_ns)
+        return None if progress is None else progress.published.plan.sample(progress.plan_time_s)
+
+    def align(self, handover_ns: int) -> Joint | None:
+        """Let the planner go on from where the robot will be.
+
+        That is elsewhere than the newest plan says when speed scaling has held the robot back, when
+        it was stopped, or when the newest plan did not get through.
+
+        Args:
+            handover_ns: When the plan to come takes effect [ns].
+
+        Returns:
+            Where the plan to come joins; none when it does so at full speed or from rest.
+        """
+        reference = self._inputs.reference
+        progress = self._progress(handover_ns)
+        if reference is None:
+            return None
+        if progress is None:
+            if reference.state == ControllerState.IDLE and not self._on_its_way(reference):
+                self._from_rest(reference, handover_ns)
+            return None
+        if progress.rate < STANDING_RATE and not self._on_its_way(reference):
+            self._from_rest(reference, handover_ns)
+            return None
+        lag = self.plan_time_s(handover_ns) - progress.plan_time_s
+        if progress.refused:
+            self._planner.restore(progress.published.snapshot)
+        elif not progress.newest or (progress.rate > 0.999 and lag < 1e-6):
+            return None  # the newest plan is on its way, or runs as planned
+        self._planner.follow(progress.published.plan.shifted(lag))
+        return Joint(progress.published, progress.plan_time_s)
+
+    def publish(
+        self, handover_ns: int, joint: Joint | None, before: PlannerSnapshot, result: ReplanResult
+    ) -> int:
+        """Note a plan that is being sent.
+
+        At full speed its first point is due at the hand-over that it was made for. While the controller
+        is slower, the time at which it will be where the plan begins depends on when the plan arrives.
+        Controllers take plans in between two of their steps, as of the last one: that is on average
+        half a step ago, in lock-step a whole one.
+
+        Returns:
+            When its first point is due [ns].
+        """
+        due_ns = handover_ns
+        if joint is not None:
+            step_ns = CONTROLLER_STEP_NS if self._lockstep else CONTROLLER_STEP_NS // 2
+            taken_ns = self._now_ns() - step_ns
+            progress = self._sent.progress(self._inputs.reference, taken_ns, taken_ns)
+            if progress is not None and progress.published is joint.follows:
+                due_ns = taken_ns + seconds_to_ns(joint.plan_time_s - progress.plan_time_s)
+        path = self._sent.with_lead_in(before.plan, result.plan)
+        snapshot = self._planner.snapshot()
+        self._sent.add(Published(due_ns, result.plan.start_s, path, snapshot))
+        return due_ns
+
+    def _progress(self, handover_ns: int) -> Progress | None:
+        arrival_ns = handover_ns - self._interval_ns + self._arrival_ns
+        return self._sent.progress(self._inputs.reference, handover_ns, arrival_ns)
+
+    def _on_its_way(self, reference: ControllerState) -> bool:
+        """Whether the newest plan may have arrived since the controller spoke."""
+        newest = self._sent.newest
+        return newest is not None and to_ns(reference.header.stamp) <= newest.due_ns
+
+    def _from_rest(self, reference: ControllerState, handover_ns: int) -> None:
+        """The robot stands, and will until the next plan."""
+        if self._planner.plan is None:
+            return
+        stands_at = np.array(reference.reference_position)
+        handover_s = self.plan_time_s(handover_ns)
+        q, qd, _ = self._planner.plan.sample(handover_s)
+        if max(np.abs(q - stands_at).max(), np.abs(qd).max()) > _SAME:
+            self._planner.resync(stands_at, np.zeros(7), handover_s)
