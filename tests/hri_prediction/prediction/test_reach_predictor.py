@@ -142,16 +142,18 @@ def test_jump_is_kept_out(library, config, reach_maker):
     assert np.abs(results[71][1].mean[0, 2] - track.keypoints[71, 2]).max() < 0.05
 
 
-def test_swapped_markers_are_rejected(library, config, reach_maker):
+@pytest.mark.parametrize("count", [5, 60])
+def test_swapped_markers_are_rejected(library, config, reach_maker, count):
+    """Also while the arm moves on, for longer than a jump is remembered."""
     track = reach_maker("left bin", np.random.default_rng(11))
     predictor = ReachPredictor(library, config)
 
     def swap(i, sample):
-        order = [2, 1, 0, 3] if 65 <= i < 70 else [0, 1, 2, 3]
+        order = [2, 1, 0, 3] if 65 <= i < 65 + count else [0, 1, 2, 3]
         return altered(sample, np.array(sample.keypoints)[order])
 
     results = run(predictor, track, change=swap)
-    assert predictor.counters["markers swapped"] == 5
+    assert predictor.counters["markers swapped"] == count
     assert results[67][1].reason == "markers swapped"
     assert results[-1][1].state == ReachState.IDLE
     np.testing.assert_allclose(results[-1][1].mean[0], track.keypoints[-1], atol=0.01)

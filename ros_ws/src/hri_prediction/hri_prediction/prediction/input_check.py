@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 _NAMES = ("shoulder", "elbow", "wrist", "hand tip")
 _SWAPS = [p for p in itertools.permutations(range(3)) if p != (0, 1, 2)]
 _LENGTH_SAMPLES = 50
+_SWAP_MEMORY_NS = 1_000_000_000
+"""Markers that stay exchanged for longer than this are believed, if their lengths fit."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,7 @@ class InputCheck:
         self._last_ns = [0] * 4
         self._lengths: list[tuple[float, float]] = []
         self._own: tuple[float, float] | None = None
+        self._swapped_ns = self._swap_began_ns = -_SWAP_MEMORY_NS
 
     def check(self, sample: ArmSample) -> Verdict:
         """Judge one sample and remember what may be used of it."""
@@ -135,13 +138,24 @@ class InputCheck:
             return False
         # Exchanged markers stay exchanged: compare for longer than a jump is remembered.
         known = [p for p in last if p is not None]
-        if self._stamp is None or self._stamp - max(self._last_ns[:3]) > 1_000_000_000:
+        if self._stamp is None or self._stamp - max(self._last_ns[:3]) > _SWAP_MEMORY_NS:
             return False
         stay = sum(math.dist(points[i], known[i]) for i in range(3))
         if stay < 3.0 * self._config.jump_allowance:
             return False
-        best = min(sum(math.dist(points[i], known[p[i]]) for i in range(3)) for p in _SWAPS)
-        return best < 0.3 * stay
+        best, swap = min(
+            (sum(math.dist(points[i], known[p[i]]) for i in range(3)), p) for p in _SWAPS
+        )
+        if best >= 0.3 * stay:
+            return False
+        if self._stamp - self._swapped_ns > _SWAP_MEMORY_NS:
+            self._swap_began_ns = self._stamp
+        self._swapped_ns = self._stamp
+        if self._stamp - self._swap_began_ns < _SWAP_MEMORY_NS:
+            # Where each marker really is: a moving arm would else drift away from what is compared.
+            for i in range(3):
+                self._last[swap[i]] = points[i]
+        return True
 
     def _implausible(self, points: list[tuple[float, ...]], usable: list[bool]) -> str:
         expected = self._own or self._expected
