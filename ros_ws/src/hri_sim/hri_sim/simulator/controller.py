@@ -5,8 +5,8 @@ from the state last asked for to that point by a Hermite blend; then it follows 
 the points (linear without velocities, cubic with them, quintic with accelerations too) and holds
 the last one. Trajectory time runs slower than the clock by the speed scale of the stop chain.
 
-Where it is kinder than the original: a trajectory whose first point is due already is joined by a
-short blend instead of a step; speed limits slow the path instead of breaking it; positions outside
+Where it is kinder than the original: a trajectory whose first point is due already, or too soon for
+how far away it is, is joined later by a blend instead of a step; speed limits slow the path instead of breaking it; positions outside
 the limits are refused; a stop is a ramp along the path.
 """
 
@@ -55,7 +55,7 @@ class ControllerConfig(StopChainConfig):
         1.0, "Share of the joints' speed limits that references keep to", low=0.05, high=1.0
     )
     blend_time: float = parameter(
-        0.02, "Shortest blend to a trajectory that has begun already", unit="s", low=0.001, high=0.5
+        0.02, "Shortest blend to a trajectory", unit="s", low=0.001, high=0.5
     )
     blend_acceleration: float = parameter(
         30.0,
@@ -266,9 +266,7 @@ class TrajectoryController:
         old = self._path_state.copy()  # the path's own velocity, not the scaled one
         if self._standing:
             old[1:] = 0.0
-        join = first
-        if first < now + self.config.blend_time:
-            join = max(first, now + self._bridging_time(path, now))
+        join = max(first, now + self._bridging_time(path, now))
         knots, coefficients = _joined(path, now, old, join)
         check_limits(coefficients[:1], knots[:2], self._robot, "the blend to the trajectory")
         self._measure_handover(path, max(first, now), max(first - now, 0.0))
@@ -279,7 +277,7 @@ class TrajectoryController:
         self.stamp_ns = stamp
 
     def _bridging_time(self, path: SplinePath, now: float) -> float:
-        """How long a blend to a path that begins about now should take [s]."""
+        """How long the blend to a path takes at least: longer the farther it begins [s]."""
         begin = max(now, float(path.knots[0]))
         old = self._path_state
         if self._path is not None and not self._standing:
