@@ -16,7 +16,7 @@ from motions import (
 )
 from tampering import ARM, REMAP, Bystander, Tamper
 
-from hri_prediction.ros.messages import HumanPrediction, ReachTarget
+from hri_prediction.ros.messages import ControllerState, HumanPrediction, ReachTarget
 from hri_prediction.ros.time import to_ns
 from hri_sim.scenario.schema import Scenario
 from hri_sim.testing import Graph, ReachHandle, node_factory
@@ -88,6 +88,20 @@ def test_half_a_second_without_the_arm(
     assert min(m.clearance for m in spoilt.messages("/sim/state")) > 0.0
     assert_finite(spoilt, besides=("/" + ARM,))
     print(f"{how.__name__}: at rest after {took:.0f} ms, reached after {result.duration:.2f} s")
+
+
+@pytest.mark.parametrize("silence_s", [0.06, 0.08, 0.1, 0.12, 0.16])
+def test_a_stop_that_is_taken_back_in_between(
+    spoilt: Graph, scenario: Scenario, silence_s: float
+) -> None:
+    """However far the stop has come: the robot goes on without a jump."""
+    handle, _ = spoil_in_motion(spoilt, scenario, lambda _: None, silence_s)
+    assert finish(spoilt, handle).outcome == ReachTarget.Result.REACHED
+    references = spoilt.messages("/joint_trajectory_controller/reference")
+    assert max(m.max_handover_jump for m in references) < 1e-3
+    assert largest_reference_step(spoilt) < 0.02
+    slowest = min(m.speed_scale for m in references if m.state != ControllerState.IDLE)
+    print(f"silent for {silence_s} s: slowed to {slowest:.2f}")
 
 
 @pytest.mark.parametrize(

@@ -21,6 +21,7 @@ from hri_prediction.errors import ConfigError
 from hri_prediction.ros.messages import ControllerState, Reset
 from hri_prediction.ros.node import HriNode
 from hri_prediction.ros.qos import reliable
+from hri_prediction.ros.time import to_time
 from hri_sim.nodes.simulator_node import SimulatorNode
 from hri_sim.testing import Graph, node_factory
 
@@ -64,6 +65,19 @@ def test_plain_trajectory_client(simulator: Graph) -> None:
     assert len(simulator.log["/joint_states"]) == 400
     states = {m.state for m in simulator.messages("/joint_trajectory_controller/reference")}
     assert states == {ControllerState.IDLE, ControllerState.TRACKING}
+
+
+def test_a_stop_right_after_a_plan_is_the_last_word(simulator: Graph) -> None:
+    """Its stamp is zero, that of the plan lies ahead: the order is that of arrival all the same."""
+    start = joints(simulator)[1][-1]
+    plan = ramp(simulator, start + 0.3, 1.0)
+    plan.header.stamp = to_time(round((simulator.now_s + 0.02) * 1e9))
+    send(simulator, plan)
+    send(simulator, JointTrajectory(joint_names=list(load_robot().joint_names)))
+    simulator.run(0.5)
+    assert np.abs(joints(simulator)[1][-1] - start).max() < 1e-3
+    newest = simulator.messages("/joint_trajectory_controller/reference")[-1]
+    assert newest.state == ControllerState.IDLE
 
 
 def test_joints_in_another_order(simulator: Graph) -> None:

@@ -79,6 +79,14 @@ def wait_until_moving(launched: Launched, speed: float = 0.3, timeout_s: float =
         rclpy.try_shutdown(context=context)
 
 
+def nodes_of_moving_robot(launched: Launched) -> dict[str, psutil.Process]:
+    """The node processes as soon as the robot moves; looking for them first, as that takes a while."""
+    launched.wait_for("waiting for")
+    nodes = launched.nodes()
+    wait_until_moving(launched)
+    return nodes
+
+
 def test_a_run_from_start_to_end(launch: Launch) -> None:
     run = launch("--reaches", "1", "--seed", "100")
     run.wait_for("moving")
@@ -101,11 +109,13 @@ def test_a_run_from_start_to_end(launch: Launch) -> None:
         by_rosbags = {topic: info.msgcount for topic, info in reader.topics.items()}
     (file,) = (run.out / "bag").glob("*.mcap")
     by_mcap: dict[str, int] = {}
+    first_ns: dict[str, int] = {}
     # Its parser refuses the names of an action's hidden types (ReachTarget_FeedbackMessage).
     plain = [topic for topic in by_rosbags if "/_action/" not in topic]
     for message in read_ros2_messages(str(file), topics=plain):
         topic = message.channel.topic
         by_mcap[topic] = by_mcap.get(topic, 0) + 1
+        first_ns.setdefault(topic, message.log_time_ns)
     assert by_mcap == {topic: by_rosbags[topic] for topic in plain if by_rosbags[topic]}
     wanted = {
         "/joint_states",
@@ -117,13 +127,14 @@ def test_a_run_from_start_to_end(launch: Launch) -> None:
         "/robot_description",
     }
     assert wanted <= by_mcap.keys()
+    # The begin of the first reach is in the bag.
+    assert max(first_ns["/sim/state"], first_ns["/joint_states"]) < first_ns["/sim/cue"]
     print(f"{sum(by_mcap.values())} messages, latency {summary['latency_ms']}")
 
 
 def test_ctrl_c_stops_the_robot_then_all_nodes(launch: Launch) -> None:
     run = launch("--reaches", "2", "--seed", "101")
-    wait_until_moving(run)
-    nodes = run.nodes()
+    nodes = nodes_of_moving_robot(run)
     begin, clock = time.monotonic(), time.time()
     run.process.send_signal(signal.SIGINT)
     code = run.end(8.0)
@@ -146,8 +157,7 @@ def test_ctrl_c_stops_the_robot_then_all_nodes(launch: Launch) -> None:
 @pytest.mark.parametrize("name", ["predictor", "person", "ptomp"])
 def test_a_killed_node_stops_the_robot(launch: Launch, name: str) -> None:
     run = launch("--reaches", "1", "--seed", "100")
-    wait_until_moving(run)
-    nodes = run.nodes()
+    nodes = nodes_of_moving_robot(run)
     killed = time.time()
     nodes[name].send_signal(signal.SIGKILL)
     code = run.end(15.0)
@@ -161,8 +171,7 @@ def test_a_killed_node_stops_the_robot(launch: Launch, name: str) -> None:
 
 def test_a_killed_simulator_is_named(launch: Launch) -> None:
     run = launch("--reaches", "1", "--seed", "100")
-    wait_until_moving(run)
-    nodes = run.nodes()
+    nodes = nodes_of_moving_robot(run)
     nodes["simulator"].send_signal(signal.SIGKILL)
     assert run.end(15.0) == 1, run.text
     assert "node simulator was ended by SIGKILL" in run.text
@@ -171,8 +180,7 @@ def test_a_killed_simulator_is_named(launch: Launch) -> None:
 
 def test_a_killed_recorder_does_not_end_the_run(launch: Launch, tmp_path: Path) -> None:
     run = launch("--reaches", "1", "--seed", "100")
-    wait_until_moving(run)
-    nodes = run.nodes()
+    nodes = nodes_of_moving_robot(run)
     killed = time.time()
     nodes["recorder"].send_signal(signal.SIGKILL)
     run.wait_for("node recorder was ended by SIGKILL; the run goes on", 1.0)
@@ -194,8 +202,7 @@ def test_a_killed_recorder_does_not_end_the_run(launch: Launch, tmp_path: Path) 
 
 def test_a_killed_launcher_leaves_no_orphans(launch: Launch) -> None:
     run = launch("--reaches", "1", "--seed", "100")
-    wait_until_moving(run)
-    nodes = run.nodes()
+    nodes = nodes_of_moving_robot(run)
     assert len(nodes) == 5
     run.process.send_signal(signal.SIGKILL)
     assert not still_running(nodes, 8.0)

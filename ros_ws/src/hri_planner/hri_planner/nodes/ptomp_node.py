@@ -127,7 +127,7 @@ class PtompNode(HriNode):
         self._worker: Worker[_Cycle] = Worker("ptomp optimiser", inline=self.lockstep)
         self._motion: Motion | None = None
         self._holding = False
-        self._dropped = False
+        self._dropped_ns: int | None = None
         self._motions = 0
         self._next_cycle_ns = 0
         self._last_plan_ns = 0
@@ -299,7 +299,7 @@ class PtompNode(HriNode):
         if problem:
             self._pause(now_ns, motion, problem)
             return
-        self._dropped = False
+        self._dropped_ns = None
         if self._scale == 0.0:
             self._reason = ""
             # While paused no replan was due: the first one must not count as late.
@@ -324,9 +324,11 @@ class PtompNode(HriNode):
             self.fault("paused", problem)
             self._publish_status(now_ns, motion, None)
         reference = self._inputs.reference
-        if not self._dropped and reference is not None and _slowed(reference):
-            self._dropped = True
-            self._drop()
+        if reference is not None and reference.state != ControllerState.IDLE:
+            told = self._dropped_ns
+            if _slowed(reference) if told is None else now_ns - told > SETTLE_NS:
+                self._dropped_ns = now_ns
+                self._drop()
         if motion is None:
             return
         if motion.lost_since_ns is None:
@@ -352,7 +354,8 @@ class PtompNode(HriNode):
         reference = self._inputs.reference
         if reference is None or reference.state == ControllerState.IDLE:
             return ""
-        if self._dropped or (reference.state == ControllerState.STOPPING and _slowed(reference)):
+        stopping = reference.state == ControllerState.STOPPING and _slowed(reference)
+        if self._dropped_ns is not None or stopping:
             return self._reason or "the controller is stopping"
         return ""
 

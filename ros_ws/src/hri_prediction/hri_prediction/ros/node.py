@@ -120,15 +120,24 @@ class HriNode(Node):
         self.publishers_by_topic[counted.topic] = counted
         return counted
 
-    def listen(self, message_type: Any, topic: str, handler: Handler, qos: QoSProfile) -> None:
+    def listen(
+        self,
+        message_type: Any,
+        topic: str,
+        handler: Handler,
+        qos: QoSProfile,
+        *,
+        command: bool = False,
+    ) -> None:
         """Subscribe; ``handler`` is called on the next tick, not on arrival.
 
         The order on the tick is by (stamp in the header, topic); messages without a header count as
-        stamped at the tick.
+        stamped at the tick, and so do commands, whose stamp says when they are to take effect: a later
+        command takes the place of an earlier one.
         """
         resolved = self.resolve_topic_name(topic)
         self.received[resolved] = 0
-        stamped = "header" in message_type.get_fields_and_field_types()
+        stamped = not command and "header" in message_type.get_fields_and_field_types()
 
         def store(message: Any) -> None:
             self.received[resolved] += 1

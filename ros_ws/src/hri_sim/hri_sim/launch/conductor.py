@@ -38,6 +38,8 @@ DISCOVERY_S = 1.0
 """How long to look for another graph before the start [s]."""
 CUE_LEAD_S = 0.1
 """The cue is sent this long before the reach begins, so that everyone has it in time [s]."""
+VITAL_TOPICS = ("/sim/state", "/joint_states", "/joint_trajectory_controller/reference")
+"""A recorder that does not hear these yet would miss the begin of the run."""
 PATIENCE_S = 20.0
 """How long a node may warn before the run begins all the same [s]."""
 STOP_S = 0.4
@@ -227,6 +229,8 @@ class Conductor:
             if time.monotonic() > patience:
                 return labels - self._health.keys()
             well = {name for name, s in self._health.items() if s.level == DiagnosticStatus.OK}
+            if "recorder" in well and not _hears(self._health["recorder"], VITAL_TOPICS):
+                well.remove("recorder")
             return labels - well
 
         def ready() -> bool:
@@ -326,3 +330,9 @@ class Conductor:
         if self._status is not None and self._status.reason:
             words.append(self._status.reason)
         self._say(" · ".join(words))
+
+
+def _hears(recorder: DiagnosticStatus, topics: Sequence[str]) -> bool:
+    """Whether a recorder says that it has received messages of all these topics."""
+    counts = {item.key: item.value for item in recorder.values}
+    return all(counts.get(f"received {topic}", "0") != "0" for topic in topics)

@@ -77,6 +77,7 @@ class _Recorded:
         self.qos: tuple[ReliabilityPolicy, DurabilityPolicy] | None = None
         self.publishers = 1
         self.transport_lost = 0
+        self.received = 0
         self._push = core.push
         self._log_time = log_time
         self._last = 0
@@ -87,6 +88,7 @@ class _Recorded:
         The events executor hands (message, info) over as one argument, the others as two.
         """
         data, info = taken if info is None else (taken, info)
+        self.received += 1
         sequence = info["publication_sequence_number"] or 0
         if self._log_time is None:
             log_ns, publish_ns = info["received_timestamp"], info["source_timestamp"]
@@ -260,6 +262,7 @@ class RecorderNode(HriNode):
             "dropped": state.dropped,
             "lost_in_transport": sum(lost.values()),
         }
+        figures |= {f"received {name}": item.received for name, item in self._recorded.items()}
         figures |= {f"dropped {name}": n for name, n in self.core.dropped_by_topic.items()}
         figures |= {f"lost_in_transport {name}": n for name, n in lost.items()}
         figures |= {f"not recorded {name}": kind for name, kind in self._unknown.items()}

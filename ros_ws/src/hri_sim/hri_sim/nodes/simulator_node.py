@@ -106,6 +106,8 @@ class SimulatorNode(HriNode):
             "joint_trajectory_controller/joint_trajectory",
             self._on_trajectory,
             reliable(1),
+            # Stamped with the time of its first point, or not at all when it asks for a stop.
+            command=True,
         )
         self.listen(Float64, "separation/speed_scale", self._on_speed_scale, reliable(10))
         for body_id in self._arms:

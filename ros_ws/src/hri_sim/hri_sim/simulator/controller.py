@@ -6,8 +6,8 @@ the points (linear without velocities, cubic with them, quintic with acceleratio
 the last one. Trajectory time runs slower than the clock by the speed scale of the stop chain.
 
 Where it is kinder than the original: a trajectory whose first point is due already, or too soon for
-how far away it is, is joined later by a blend instead of a step; speed limits slow the path instead of breaking it; positions outside
-the limits are refused; a stop is a ramp along the path.
+how far away it is, is joined later by a blend instead of a step; speed limits slow the path instead
+of breaking it; positions outside the limits are refused; a stop is a ramp along the path.
 """
 
 from __future__ import annotations
