@@ -16,8 +16,8 @@ from motions import (
 )
 
 from hri_planner.nodes.ptomp_node import PtompNode
-from hri_prediction.errors import GraphError
-from hri_prediction.ros.messages import ControllerState, ReachTarget
+from hri_prediction.errors import DataError, GraphError, PlanningError
+from hri_prediction.ros.messages import ControllerState, PlannerStatus, ReachTarget
 from hri_sim.nodes.simulator_node import SimulatorNode
 from hri_sim.scenario.schema import Scenario
 from hri_sim.testing import Graph, scenes
@@ -136,6 +136,74 @@ def test_a_first_plan_that_comes_late_begins_where_the_robot_is(
     first = graph.messages("/joint_trajectory_controller/joint_trajectory")[0]
     assert np.abs(np.array(first.points[0].positions) - start).max() < 1e-3
     assert largest_reference_step(graph) < 0.02
+
+
+def fail_replans(graph: Graph, monkeypatch: pytest.MonkeyPatch, error: Exception) -> None:
+    """From now on, every replan raises."""
+
+    def replan(*_: Any, **__: Any) -> None:
+        raise error
+
+    monkeypatch.setattr(graph.nodes["ptomp"]._planner, "replan", replan)
+
+
+WITHOUT_TIMEOUT = {"simulator": {"command_timeout": 0.0}}
+"""The controller does not notice that plans stay away: the ptomp node must."""
+
+
+@pytest.mark.parametrize("error", [PlanningError("no such plan"), DataError("no such forecast")])
+def test_replans_that_keep_failing_stop_the_robot(
+    make_graph: Callable[..., Graph],
+    scenario: Scenario,
+    monkeypatch: pytest.MonkeyPatch,
+    error: Exception,
+) -> None:
+    graph = make_graph(parameters=WITHOUT_TIMEOUT)
+    graph.run(0.4)
+    handle = start_reach(graph, scenario)
+    run_into_motion(graph)
+    since = graph.now_s
+    fail_replans(graph, monkeypatch, error)
+    graph.run(0.5)
+    # 36 ms to the next replan, 120 ms late_timeout, 70 ms ramp; ticks and the time to settle.
+    assert stop_time_ms(graph, since) <= 36 + 120 + 70 + 74
+    assert largest_reference_step(graph) < 0.02
+    status = graph.messages("/ptomp/status")[-1]
+    assert status.stage == PlannerStatus.STOPPING
+    assert "late" in status.reason
+    assert str(error) in status.reason
+    assert graph.messages("/separation/speed_scale")[-1].data == 0.0
+    result = finish(graph, handle, 3.0)
+    assert result.outcome == ReachTarget.Result.FAILED
+    assert str(error) in result.reason
+    assert np.abs(newest_speed(graph)).max() < 1e-3
+    # As soon as replans work again, so does the node.
+    monkeypatch.undo()
+    assert finish(graph, start_reach(graph, scenario)).outcome == ReachTarget.Result.REACHED
+
+
+def test_replans_that_fail_for_a_while(
+    make_graph: Callable[..., Graph], scenario: Scenario, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The robot stops and goes on; while it holds the goal, failures are noticed in the same way."""
+    graph = make_graph(parameters=WITHOUT_TIMEOUT)
+    graph.run(0.4)
+    handle = start_reach(graph, scenario)
+    run_into_motion(graph)
+    fail_replans(graph, monkeypatch, PlanningError("no such plan"))
+    graph.run(0.6)
+    monkeypatch.undo()
+    assert finish(graph, handle).outcome == ReachTarget.Result.REACHED
+    assert largest_reference_step(graph) < 0.02
+    fail_replans(graph, monkeypatch, PlanningError("no such plan"))
+    graph.run(0.3)
+    assert graph.messages("/separation/speed_scale")[-1].data == 0.0
+    monkeypatch.undo()
+    graph.run(0.3)
+    assert graph.messages("/separation/speed_scale")[-1].data == 1.0
+    assert graph.messages("/ptomp/status")[-1].stage == PlannerStatus.HOLDING
+    node = graph.nodes["ptomp"]
+    assert node.health()[2]["failed_replans"] > 10
 
 
 def test_kill_names_the_nodes_there_are(graph: Graph) -> None:

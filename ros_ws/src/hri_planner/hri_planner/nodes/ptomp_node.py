@@ -152,6 +152,9 @@ class PtompNode(HriNode):
         self._late_ms: deque[float] = deque(maxlen=1000)
         self._plans = 0
         self._misses = 0
+        self._failures = 0
+        self._overdue = False
+        self._failure = ""
         warm_kernels()
 
         self._trajectory = self.announce(
@@ -282,6 +285,7 @@ class PtompNode(HriNode):
     def _clock_went_back(self, now_ns: int) -> None:
         self.fault("clock", "the clock went back: the present motion is dropped")
         self._halt()
+        self._overdue, self._failure = False, ""
         self._inputs.forget()
         if self._motion is not None:
             self._end(self._motion, ReachTarget.Result.FAILED, "the clock went back")
@@ -293,11 +297,13 @@ class PtompNode(HriNode):
             self._cancel(motion)
             return
         problem = self._inputs.problem(now_ns) or self._unrest()
-        late = (now_ns - self._last_plan_ns) / NANO - self._config.replan_interval
-        if not problem and self._worker.busy and late > self._config.late_timeout:
-            problem = f"the replan is {late:.2f} s late"
-        if problem:
-            self._pause(now_ns, motion, problem)
+        overdue = "" if problem else self._lateness(now_ns, motion)
+        if problem or overdue:
+            self._pause(now_ns, motion, problem or overdue)
+            wanted = self._motion is not None or self._holding
+            if overdue and wanted and not self._worker.busy and now_ns >= self._next_cycle_ns:
+                # Tried again while the robot stops and stands: the first success lets it go on.
+                self._start_cycle(now_ns, self._motion)
             return
         self._dropped_ns = None
         if self._scale == 0.0:
@@ -313,6 +319,21 @@ class PtompNode(HriNode):
                 return
         if not self._worker.busy and now_ns >= self._next_cycle_ns:
             self._start_cycle(now_ns, motion)
+
+    def _lateness(self, now_ns: int, motion: Motion | None) -> str:
+        """What is said when no replan has come for too long; empty when all is well.
+
+        Whether it still computes or failed again and again makes no difference to the robot: it is on a
+        plan that knows nothing of what the person did since.
+        """
+        late = (now_ns - self._last_plan_ns) / NANO - self._config.replan_interval
+        due = self._worker.busy or motion is None or motion.started
+        if self._scale != 0.0 and due and late > self._config.late_timeout:
+            self._overdue = True
+        if not self._overdue:
+            return ""
+        why = f": {self._failure}" if self._failure else ""
+        return f"the replan is {late:.2f} s late{why}"
 
     def _pause(self, now_ns: int, motion: Motion | None, problem: str) -> None:
         """Bring the robot to rest on its path until the inputs are back."""
@@ -335,7 +356,9 @@ class PtompNode(HriNode):
             motion.lost_since_ns = now_ns
         if (now_ns - motion.lost_since_ns) / NANO > self._config.lost_timeout:
             self._halt()
-            self._end(motion, ReachTarget.Result.LOST_INPUT, f"stopped: {problem}")
+            result = ReachTarget.Result
+            failed = self._overdue and not self._inputs.problem(now_ns)
+            self._end(motion, result.FAILED if failed else result.LOST_INPUT, f"stopped: {problem}")
 
     def _cancel(self, motion: Motion) -> None:
         if self._stage != PlannerStatus.STOPPING or self._reason != "cancelled":
@@ -412,16 +435,16 @@ class PtompNode(HriNode):
             and not (self._may_begin(now_ns, motion) and self._begin(motion, handover_ns))
         ):
             return
+        self._next_cycle_ns = handover_ns
         handover_s = self._handover.plan_time_s(handover_ns)
-        joint = self._handover.align(handover_ns)
         try:
+            joint = self._handover.align(handover_ns)
             forecasts = self._inputs.forecasts(self._handover.origin_ns)
-        except DataError as error:
-            self.fault("forecast", str(error))
+        except (DataError, PlanningError) as error:
+            self._note_failure(error)
             return
         newest_ns = self._inputs.newest_sample_ns()
         number = self._motions if motion is None else motion.number
-        self._next_cycle_ns = handover_ns
         iterations: int | None = None
         deadline: Callable[[], bool] | None = None
         if self.lockstep:
@@ -440,9 +463,13 @@ class PtompNode(HriNode):
         def job() -> _Cycle:
             start = time.monotonic()
             before = self._planner.snapshot()
-            result = self._planner.replan(
-                handover_s, forecasts, iterations=iterations, deadline=deadline
-            )
+            try:
+                result = self._planner.replan(
+                    handover_s, forecasts, iterations=iterations, deadline=deadline
+                )
+            except (DataError, PlanningError):
+                self._planner.restore(before)
+                raise
             spent = time.monotonic() - start
             return _Cycle(number, handover_ns, newest_ns, joint, before, result, spent)
 
@@ -487,6 +514,7 @@ class PtompNode(HriNode):
         self._handover.begin(handover_ns)
         motion.started = True
         self._holding = False
+        self._overdue, self._failure = False, ""
         self._last_plan_ns = handover_ns
         return True
 
@@ -500,12 +528,12 @@ class PtompNode(HriNode):
         """Publish the plan that has become ready, unless it is late."""
         try:
             cycle = self._worker.take()
-        except PlanningError as error:
-            self._reason = str(error)
-            self.fault("replan", str(error))
+        except (DataError, PlanningError) as error:
+            self._note_failure(error)
             return
         if cycle is None:
             return
+        self._overdue, self._failure = False, ""
         motion = self._motion
         current = motion is not None and motion.number == cycle.motion_number and motion.started
         if not current and not (motion is None and self._holding):
@@ -529,6 +557,12 @@ class PtompNode(HriNode):
         self._last = cycle
         self._last_plan_ns = now_ns
         self._publish_plan(now_ns, motion, cycle)
+
+    def _note_failure(self, error: DataError | PlanningError) -> None:
+        """A replan failed: the robot stays on the plan before, until that is too old."""
+        self._failures += 1
+        self._failure = str(error)
+        self.fault("replan", f"a replan failed: {error}")
 
     def _publish_plan(self, now_ns: int, motion: Motion | None, cycle: _Cycle) -> None:
         result = cycle.result
@@ -579,7 +613,11 @@ class PtompNode(HriNode):
 
     def health(self) -> tuple[bytes, str, dict[str, Any]]:
         """Timing of the replans, misses, what is wrong with the inputs."""
-        figures: dict[str, Any] = {"plans": self._plans, "deadline_misses": self._misses}
+        figures: dict[str, Any] = {
+            "plans": self._plans,
+            "deadline_misses": self._misses,
+            "failed_replans": self._failures,
+        }
         figures |= percentile_figures("compute_ms", self._compute_ms)
         figures |= percentile_figures("lateness_ms", self._late_ms)
         if self._last is not None:

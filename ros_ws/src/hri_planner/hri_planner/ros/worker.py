@@ -43,7 +43,7 @@ class Worker(Generic[ResultT]):
             RuntimeError: when one is under way.
         """
         if self._inline:
-            self._result = job()
+            self._run(job)
             return
         with self._changed:
             if self._busy:
@@ -78,12 +78,15 @@ class Worker(Generic[ResultT]):
                     return
                 job, self._job = self._job, None
             assert job is not None
-            result: ResultT | None = None
-            error: BaseException | None = None
-            try:
-                result = job()
-            except Exception as raised:  # handed to the node, which decides
-                error = raised
-            with self._changed:
-                self._result, self._error = result, error
-                self._busy = False
+            self._run(job)
+
+    def _run(self, job: Callable[[], ResultT]) -> None:
+        result: ResultT | None = None
+        error: BaseException | None = None
+        try:
+            result = job()
+        except Exception as raised:  # handed to the node, which decides
+            error = raised
+        with self._changed:
+            self._result, self._error = result, error
+            self._busy = False
