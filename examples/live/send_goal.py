@@ -15,6 +15,7 @@ import rclpy
 from rclpy.action import ActionClient
 from rclpy.node import Node
 
+from hri_prediction.ros.conversions import WORLD
 from hri_prediction.ros.messages import Cue, ReachTarget
 from hri_prediction.ros.qos import reliable
 
@@ -45,6 +46,7 @@ def main() -> int:
     if options.person:
         cue = Cue(person_target=options.person, duration=1.3)
         cue.header.stamp = node.get_clock().now().to_msg()
+        cue.header.frame_id = WORLD
         cues.publish(cue)
 
     def on_feedback(message) -> None:

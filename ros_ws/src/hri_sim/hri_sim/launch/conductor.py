@@ -268,6 +268,7 @@ class Conductor:
         cue_ns = self.now_ns() + seconds_to_ns(CUE_LEAD_S)
         cue = Cue(reach=index, delay=reach.person_delay, duration=reach.person_duration)
         cue.header.stamp = to_time(cue_ns)
+        cue.header.frame_id = WORLD
         cue.person_target = reach.person_target or ""
         self._cues.publish(cue)
         self.spin_until(lambda: self.now_ns() >= cue_ns, 5.0, "the cue")

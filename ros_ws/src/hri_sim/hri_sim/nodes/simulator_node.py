@@ -260,7 +260,7 @@ class SimulatorNode(HriNode):
         scale = controller.scale
         self._reference.publish(
             ControllerState(
-                header=Header(stamp=stamp),
+                header=Header(stamp=stamp, frame_id=WORLD),
                 state=_STATES[controller.state],
                 reason=controller.reason,
                 reference_position=flat(controller.q_ref),

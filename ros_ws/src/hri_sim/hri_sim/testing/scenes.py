@@ -13,6 +13,7 @@ from std_msgs.msg import Header
 from hri_planner.nodes.ptomp_node import PtompNode
 from hri_prediction.errors import ConfigError
 from hri_prediction.nodes.predictor_node import PredictorNode
+from hri_prediction.ros.conversions import WORLD
 from hri_prediction.ros.messages import Cue, ReachTarget
 from hri_prediction.ros.node import HriNode
 from hri_prediction.ros.qos import reliable
@@ -118,7 +119,7 @@ def cue(graph: Graph, scenario: Scenario, index: int) -> None:
     """Let the person of a reach begin it now, after its delay."""
     reach_spec = scenario.reaches[index]
     message = Cue(
-        header=Header(stamp=to_time(seconds_to_ns(graph.now_s))),
+        header=Header(stamp=to_time(seconds_to_ns(graph.now_s)), frame_id=WORLD),
         reach=index,
         person_target=reach_spec.person_target or "",
         delay=reach_spec.person_delay,
