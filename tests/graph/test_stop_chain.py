@@ -209,3 +209,59 @@ def test_replans_that_fail_for_a_while(
 def test_kill_names_the_nodes_there_are(graph: Graph) -> None:
     with pytest.raises(GraphError, match="person, predictor, ptomp, simulator"):
         graph.kill("nobody")
+
+
+class SlowWorker:
+    """Hands each result out long after its job was submitted, as on a machine that is too slow."""
+
+    def __init__(self, node: PtompNode, delay_s: float) -> None:
+        self._node, self._delay_ns = node, round(delay_s * 1e9)
+        self._ready_ns: int | None = None
+        self._result: Any = None
+
+    @property
+    def busy(self) -> bool:
+        return self._ready_ns is not None and self._node.now_ns() < self._ready_ns
+
+    def submit(self, job: Callable[[], Any]) -> None:
+        self._result = job()
+        self._ready_ns = self._node.now_ns() + self._delay_ns
+
+    def take(self) -> Any:
+        if self._ready_ns is None or self.busy:
+            return None
+        self._ready_ns = None
+        return self._result
+
+    def close(self) -> None:
+        """Nothing to end."""
+
+
+def test_plans_that_are_always_late_stop_the_robot_for_good(
+    graph: Graph, scenario: Scenario
+) -> None:
+    graph.run(0.4)
+    handle = start_reach(graph, scenario)
+    run_into_motion(graph)
+    node = graph.nodes["ptomp"]
+    assert isinstance(node, PtompNode)
+    node._worker = SlowWorker(node, 0.06)  # type: ignore[assignment]
+    begin = graph.now_s
+    result = finish(graph, handle, 6.0)
+    assert result.outcome == ReachTarget.Result.FAILED
+    assert "late" in result.reason
+    assert graph.messages("/ptomp/status")[-1].deadline_misses > 20
+    stamps, _, qd = joints(graph)
+    # Not only stopped, but never started again.
+    assert np.abs(qd[stamps > begin + 0.4]).max() < 1e-2
+
+
+def test_a_cancelled_robot_that_is_not_seen_any_more(graph: Graph, scenario: Scenario) -> None:
+    graph.run(0.4)
+    handle = start_reach(graph, scenario)
+    run_into_motion(graph)
+    graph.kill("simulator")
+    graph.cancel(handle)
+    result = finish(graph, handle, 4.0)
+    assert result.outcome == ReachTarget.Result.LOST_INPUT
+    assert "not seen to come to rest" in result.reason

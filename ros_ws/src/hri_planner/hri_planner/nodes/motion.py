@@ -33,6 +33,7 @@ class Motion:
     number: int
     started: bool = False
     cancelling: bool = False
+    cancelled_ns: int | None = None
     ended: bool = False
     replans: int = 0
     misses: int = 0

@@ -212,7 +212,6 @@ class PtompNode(HriNode):
         self._inputs.predictions[message.body_id] = message
 
     # ------------------------------------------------------------------ goals
-
     def _on_goal(self, handle: Any) -> None:
         """Make an accepted goal the present motion; a malformed one ends at once."""
         goal = handle.request
@@ -285,7 +284,7 @@ class PtompNode(HriNode):
     def _clock_went_back(self, now_ns: int) -> None:
         self.fault("clock", "the clock went back: the present motion is dropped")
         self._halt()
-        self._overdue, self._failure = False, ""
+        self._overdue, self._failure, self._dropped_ns = False, "", None
         self._inputs.forget()
         if self._motion is not None:
             self._end(self._motion, ReachTarget.Result.FAILED, "the clock went back")
@@ -294,7 +293,7 @@ class PtompNode(HriNode):
 
     def _supervise(self, now_ns: int, motion: Motion | None) -> None:
         if motion is not None and motion.cancelling:
-            self._cancel(motion)
+            self._cancel(now_ns, motion)
             return
         problem = self._inputs.problem(now_ns) or self._unrest()
         overdue = "" if problem else self._lateness(now_ns, motion)
@@ -308,6 +307,7 @@ class PtompNode(HriNode):
         self._dropped_ns = None
         if self._scale == 0.0:
             self._reason = ""
+            self._next_heartbeat_ns = now_ns
             # While paused no replan was due: the first one must not count as late.
             self._last_plan_ns = now_ns
             if motion is not None:
@@ -346,8 +346,10 @@ class PtompNode(HriNode):
             self._publish_status(now_ns, motion, None)
         reference = self._inputs.reference
         if reference is not None and reference.state != ControllerState.IDLE:
+            # Without a heartbeat of our own there is no other way to stop.
+            slow = not self._config.heartbeat or reference.speed_scale < STOPPED_RATE
             told = self._dropped_ns
-            if _slowed(reference) if told is None else now_ns - told > SETTLE_NS:
+            if slow if told is None else now_ns - told > SETTLE_NS:
                 self._dropped_ns = now_ns
                 self._drop()
         if motion is None:
@@ -360,13 +362,26 @@ class PtompNode(HriNode):
             failed = self._overdue and not self._inputs.problem(now_ns)
             self._end(motion, result.FAILED if failed else result.LOST_INPUT, f"stopped: {problem}")
 
-    def _cancel(self, motion: Motion) -> None:
-        if self._stage != PlannerStatus.STOPPING or self._reason != "cancelled":
+    def _cancel(self, now_ns: int, motion: Motion) -> None:
+        """Stop, and end the motion once the robot is seen at rest."""
+        if motion.cancelled_ns is None:
+            motion.cancelled_ns = self._dropped_ns = now_ns
             self._halt()
             self._stage, self._reason = PlannerStatus.STOPPING, "cancelled"
-            self._publish_status(self.now_ns(), motion, None)
-        if np.abs(self._inputs.qd).max() < self._config.rest_speed:
+            self._publish_status(now_ns, motion, None)
+        elif self._dropped_ns is not None and now_ns - self._dropped_ns > SETTLE_NS:
+            self._dropped_ns = now_ns
+            self._halt()
+        reference = self._inputs.reference
+        idle = reference is None or reference.state == ControllerState.IDLE
+        unseen = self._inputs.joints_problem(now_ns)
+        if not unseen and idle and np.abs(self._inputs.qd).max() < self._config.rest_speed:
+            self._dropped_ns = None
             self._end(motion, ReachTarget.Result.CANCELLED, "cancelled; the robot stands")
+        elif (now_ns - motion.cancelled_ns) / NANO > self._config.lost_timeout:
+            why = unseen or "it still moves"
+            text = f"cancelled, but the robot was not seen to come to rest: {why}"
+            self._end(motion, ReachTarget.Result.LOST_INPUT, text)
 
     def _unrest(self) -> str:
         """Whether a stop has yet to come to rest.
@@ -377,9 +392,10 @@ class PtompNode(HriNode):
         reference = self._inputs.reference
         if reference is None or reference.state == ControllerState.IDLE:
             return ""
-        stopping = reference.state == ControllerState.STOPPING and _slowed(reference)
-        if self._dropped_ns is not None or stopping:
-            return self._reason or "the controller is stopping"
+        if self._dropped_ns is not None:
+            return self._reason or "a stop was asked for"
+        if reference.state == ControllerState.STOPPING and _slowed(reference):
+            return reference.reason or "the controller is stopping"
         return ""
 
     def _drop(self) -> None:
@@ -514,7 +530,6 @@ class PtompNode(HriNode):
         self._handover.begin(handover_ns)
         motion.started = True
         self._holding = False
-        self._overdue, self._failure = False, ""
         self._last_plan_ns = handover_ns
         return True
 
@@ -533,7 +548,6 @@ class PtompNode(HriNode):
             return
         if cycle is None:
             return
-        self._overdue, self._failure = False, ""
         motion = self._motion
         current = motion is not None and motion.number == cycle.motion_number and motion.started
         if not current and not (motion is None and self._holding):
@@ -543,15 +557,15 @@ class PtompNode(HriNode):
         self._plans += 1
         self._compute_ms.append(cycle.compute_s * 1e3)
         self._late_ms.append((now_ns - cycle.handover_ns) / 1e6)
-        if self._scale == 0.0:
-            # Made for a robot that moves on; it is being stopped.
-            self._planner.restore(cycle.before)
-            return
-        if now_ns > cycle.handover_ns - (0 if self.lockstep else TRANSPORT_NS):
+        if late := now_ns > cycle.handover_ns - (0 if self.lockstep else TRANSPORT_NS):
             self._misses += 1
             if motion is not None:
                 motion.misses += 1
-            # The plan would begin in the past; the robot is still on the one before.
+        else:
+            # Only a plan in time shows that replanning works again.
+            self._overdue, self._failure = False, ""
+        if late or self._scale == 0.0:
+            # It would begin in the past, or was made for a robot that moves on but is being stopped.
             self._planner.restore(cycle.before)
             return
         self._last = cycle

@@ -42,8 +42,8 @@ class Inputs:
     q: FloatArray = field(default_factory=lambda: np.zeros(7))
     qd: FloatArray = field(default_factory=lambda: np.zeros(7))
 
-    def problem(self, now_ns: int) -> str:
-        """Why the robot must not move now; empty when it may."""
+    def joints_problem(self, now_ns: int) -> str:
+        """Why nobody knows where the robot is; empty when that is known."""
         if self.joints_ns is None:
             return "no /joint_states yet"
         age = (now_ns - self.joints_ns) / NANO
@@ -56,6 +56,13 @@ class Inputs:
             age = (now_ns - to_ns(self.reference.header.stamp)) / NANO
             if abs(age) > self.max_joint_age_s:
                 return f"the controller's reference is {age:.2f} s old"
+        return ""
+
+    def problem(self, now_ns: int) -> str:
+        """Why the robot must not move now; empty when it may."""
+        unseen = self.joints_problem(now_ns)
+        if unseen:
+            return unseen
         if self.tracked is None:
             return "nothing says who is tracked" if self.require_tracking else ""
         for body_id in self.tracked:

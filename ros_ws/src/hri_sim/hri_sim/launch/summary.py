@@ -129,7 +129,9 @@ def summarise(
             }
             for reach in reaches
         ],
-        "touched": any((reach.min_clearance_m or 1.0) <= 0.0 for reach in reaches),
+        "touched": any(
+            reach.min_clearance_m is not None and reach.min_clearance_m <= 0.0 for reach in reaches
+        ),
         "baseline_min_clearance_m": None if baseline is None else _least(baseline.clearance_m),
         "mocap_rate_hz": rates["mocap"],
         "prediction_rate_hz": rates["prediction"],
