@@ -49,8 +49,12 @@ def make_graph(scenario: Scenario, library: Path, tmp_path: Path) -> Iterator[Ca
         return graph
 
     yield make
+    late = {
+        name for graph in graphs for node in graph.nodes.values() for name in node.compiled_late()
+    }
     for graph in graphs:
         graph.close()
+    assert not late, "compiled while the graph ran: the warm-up lacks types of these kernels"
 
 
 @pytest.fixture

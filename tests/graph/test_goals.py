@@ -69,6 +69,8 @@ def test_a_malformed_goal_leaves_the_present_motion_alone(quiet: Graph, scenario
     first = start_reach(quiet, scenario)
     run_into_motion(quiet)
     assert finish(quiet, quiet.reach(ReachTarget.Goal(target="x"))).outcome == Result.REJECTED
+    quiet.run(0.1)
+    assert quiet.messages("/ptomp/status")[-1].motion == 1
     assert finish(quiet, first).outcome == Result.REACHED
 
 

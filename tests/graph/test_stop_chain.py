@@ -18,6 +18,7 @@ from motions import (
 from hri_planner.nodes.ptomp_node import PtompNode
 from hri_prediction.errors import DataError, GraphError, PlanningError
 from hri_prediction.ros.messages import ControllerState, PlannerStatus, ReachTarget
+from hri_prediction.ros.time import seconds_to_ns
 from hri_sim.nodes.simulator_node import SimulatorNode
 from hri_sim.scenario.schema import Scenario
 from hri_sim.testing import Graph, scenes
@@ -204,6 +205,77 @@ def test_replans_that_fail_for_a_while(
     assert graph.messages("/ptomp/status")[-1].stage == PlannerStatus.HOLDING
     node = graph.nodes["ptomp"]
     assert node.health()[2]["failed_replans"] > 10
+
+
+def test_plans_that_leave_the_limits_are_never_followed(
+    make_graph: Callable[..., Graph], scenario: Scenario, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    graph = make_graph(parameters=WITHOUT_TIMEOUT)
+    graph.run(0.4)
+    handle = start_reach(graph, scenario)
+    run_into_motion(graph)
+    since = graph.now_s
+    monkeypatch.setattr(graph.nodes["ptomp"]._planner, "_keeps_limits", lambda _: False)
+    result = finish(graph, handle, 4.0)
+    assert result.outcome == ReachTarget.Result.FAILED
+    assert "joint limits" in result.reason
+    assert stop_time_ms(graph, since) <= 300
+    assert largest_reference_step(graph) < 0.02
+
+
+def test_without_a_heartbeat_of_its_own_the_planner_stops_the_robot_too(
+    make_graph: Callable[..., Graph], scenario: Scenario
+) -> None:
+    """Where a separation monitor supplies the heartbeat, the planner stops by an empty trajectory."""
+    parameters = {"simulator": {"command_timeout": 0.0}, "ptomp": {"heartbeat": False}}
+    graph = make_graph(parameters=parameters)
+    graph.run(0.4)
+    handle = start_reach(graph, scenario)
+    run_into_motion(graph)
+    since = graph.now_s
+    graph.kill("predictor")
+    graph.run(0.5)
+    assert not graph.messages("/separation/speed_scale")
+    assert stop_time_ms(graph, since) <= 200
+    assert graph.messages("/joint_trajectory_controller/joint_trajectory")[-1].points == []
+    result = finish(graph, handle, 4.0)
+    assert result.outcome == ReachTarget.Result.LOST_INPUT
+    assert largest_reference_step(graph) < 0.02
+
+
+def test_the_planner_s_clock_goes_back(graph: Graph, scenario: Scenario) -> None:
+    graph.run(2.0)
+    handle = start_reach(graph, scenario)
+    run_into_motion(graph)
+    node, since = graph.nodes["ptomp"], graph.now_s
+    node.tick(seconds_to_ns(graph.now_s - 1.5))
+    graph.run_until(lambda: handle.done, 1.0)
+    assert handle.result is not None
+    assert handle.result.outcome == ReachTarget.Result.FAILED
+    assert "clock went back" in handle.result.reason
+    assert any("clock went back" in fault for fault in node.faults)
+    graph.run(0.5)
+    assert stop_time_ms(graph, since) <= 200
+    assert largest_reference_step(graph) < 0.02
+    assert finish(graph, start_reach(graph, scenario)).outcome == ReachTarget.Result.REACHED
+
+
+def test_the_reason_of_a_stop_follows_its_cause(graph: Graph, scenario: Scenario) -> None:
+    graph.run(0.4)
+    handle = start_reach(graph, scenario)
+    run_into_motion(graph)
+    graph.kill("predictor")
+    graph.run(0.5)
+    assert "person1" in graph.messages("/ptomp/status")[-1].reason
+    graph.kill("simulator")
+    graph.run(0.4)
+    newest = graph.messages("/ptomp/status")[-1]
+    assert "/joint_states" in newest.reason
+    assert newest.stage == PlannerStatus.STOPPING
+    # Told again and again, but not with every tick.
+    told = [m for m in graph.messages("/ptomp/status") if m.stage == PlannerStatus.STOPPING]
+    assert len(told) < 15
+    assert finish(graph, handle, 4.0).outcome == ReachTarget.Result.LOST_INPUT
 
 
 def test_kill_names_the_nodes_there_are(graph: Graph) -> None:

@@ -9,6 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from hri_prediction.prediction import PredictorConfig, ReachPredictor, ReachState, bank
+from hri_prediction.prediction.input_check import InputCheck
 from hri_prediction.prediction.output import rotated_along
 from hri_prediction.promp import WeightFilter, filtering
 from hri_prediction.tracks.segmentation import regression_speed
@@ -157,6 +158,24 @@ def test_swapped_markers_are_rejected(library, config, reach_maker, count):
     assert results[67][1].reason == "markers swapped"
     assert results[-1][1].state == ReachState.IDLE
     np.testing.assert_allclose(results[-1][1].mean[0], track.keypoints[-1], atol=0.01)
+
+
+def test_markers_that_stay_swapped_are_believed_and_said_so(library, config, reach_maker):
+    """After a second nobody can tell labels that stay exchanged from an arm that turned unseen."""
+    track = reach_maker("left bin", np.random.default_rng(11))
+    first = next(iter(track.samples(0)))
+    check = InputCheck(dataclasses.replace(config, length_tolerance=2.0, max_reach=2.0))
+    reasons = []
+    for i in range(250):
+        order = [2, 1, 0, 3] if i >= 20 else [0, 1, 2, 3]
+        points = np.array(first.keypoints)[order]
+        stamp_ns = 10_000_000 * i
+        verdict = check.check(dataclasses.replace(first, stamp_ns=stamp_ns, keypoints=points))
+        reasons.append(verdict.reason)
+    assert set(reasons[20:115]) == {"markers swapped"}
+    (_,) = (reason for reason in reasons if "believed now" in reason)
+    assert check.counters["swapped markers believed"] == 1
+    assert set(reasons[150:]) == {""}
 
 
 def test_implausible_arm_is_rejected(library, config, reach_maker):

@@ -48,5 +48,26 @@ os.environ["NUMBA_CACHE_DIR"] = str(cache_folder())
 
 import numba  # noqa: E402  (must follow the choice of the cache folder)
 
-njit: Any = functools.partial(numba.njit, cache=True, nogil=True, error_model="numpy")
-"""``numba.njit`` that caches on disk, releases the GIL and keeps IEEE semantics."""
+_KERNELS: list[Any] = []
+
+
+def njit(function: Any = None, **options: Any) -> Any:
+    """``numba.njit`` that caches on disk, releases the GIL and keeps IEEE semantics."""
+    if function is None:
+        return functools.partial(njit, **options)
+    options = {"cache": True, "nogil": True, "error_model": "numpy", **options}
+    kernel = numba.njit(**options)(function)
+    _KERNELS.append(kernel)
+    return kernel
+
+
+def compiled_variants() -> dict[str, int]:
+    """How many signatures of each kernel are compiled in this process, by its full name.
+
+    A number that grows while a node runs says that a kernel met types that the warm-up did not know (a
+    read-only array, another memory layout): the node stood still for a second or more meanwhile.
+    """
+    return {
+        f"{kernel.py_func.__module__}.{kernel.py_func.__qualname__}": len(kernel.signatures)
+        for kernel in _KERNELS
+    }

@@ -8,10 +8,42 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hri_planner.ptomp.planner import PlannerSnapshot
+from hri_planner.ptomp.result import ReplanResult
+from hri_planner.ros.handover import Joint
 from hri_planner.ros.inputs import NOBODY
 from hri_prediction.ros.messages import ReachTarget
 
 FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """What one replan was made from and for.
+
+    Attributes:
+        motion_number: The motion that it was made for; the newest one while its goal is held.
+        handover_ns: When the plan takes effect, ROS time [ns].
+        newest_sample_ns: Newest human sample that it used [ns].
+        joint: Where it meets the plan before.
+        before: The planner as it was, for when the plan is dropped.
+        result: The plan and how it came about.
+        compute_s: What it took [s].
+    """
+
+    motion_number: int
+    handover_ns: int
+    newest_sample_ns: int
+    joint: Joint | None
+    before: PlannerSnapshot
+    result: ReplanResult
+    compute_s: float
+
+    def is_over(self, plan_time_s: float) -> bool:
+        """Whether the plan has brought the tool to the goal by that time [s]."""
+        if self.result.stage == "holding":
+            return True
+        return self.result.stage == "reaching" and plan_time_s >= self.result.plan.end_s - 1e-9
 
 
 @dataclass

@@ -11,7 +11,6 @@ import sys
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,17 +21,17 @@ from std_msgs.msg import Float64, Header
 from trajectory_msgs.msg import JointTrajectory
 from visualization_msgs.msg import MarkerArray
 
-from hri_planner.nodes.motion import Motion
+from hri_planner.nodes.motion import Cycle, Motion
 from hri_planner.nodes.ptomp_config import PtompNodeConfig
 from hri_planner.ptomp.budget import VirtualTimeBudget
 from hri_planner.ptomp.config import PtompConfig, load_default_config
 from hri_planner.ptomp.costs import TableBox
-from hri_planner.ptomp.planner import PlannerSnapshot, PtompPlanner, ReplanResult
+from hri_planner.ptomp.planner import PtompPlanner
 from hri_planner.robot.model import load_robot
 from hri_planner.ros.action import TickedActionServer
 from hri_planner.ros.conversions import joints_from_message, trajectory_message
 from hri_planner.ros.goals import target_of
-from hri_planner.ros.handover import STANDING_RATE, Handover, Joint
+from hri_planner.ros.handover import STANDING_RATE, Handover
 from hri_planner.ros.inputs import Inputs
 from hri_planner.ros.markers import plan_markers
 from hri_planner.ros.status import describe_plan, percentile_figures
@@ -80,19 +79,6 @@ def _slowed(reference: ControllerState) -> bool:
     return active and STANDING_RATE < reference.speed_scale < STOPPED_RATE
 
 
-@dataclass(frozen=True)
-class _Cycle:
-    """What one replan was made from and for."""
-
-    motion_number: int
-    handover_ns: int
-    newest_sample_ns: int
-    joint: Joint | None
-    before: PlannerSnapshot
-    result: ReplanResult
-    compute_s: float
-
-
 class PtompNode(HriNode):
     """Serves ``/ptomp/reach_target`` and keeps the robot clear of people while it moves."""
 
@@ -124,7 +110,7 @@ class PtompNode(HriNode):
         )
         self._interval_ns = seconds_to_ns(config.replan_interval)
         self._budget = VirtualTimeBudget(config.slowdown)
-        self._worker: Worker[_Cycle] = Worker("ptomp optimiser", inline=self.lockstep)
+        self._worker: Worker[Cycle] = Worker("ptomp optimiser", inline=self.lockstep)
         self._motion: Motion | None = None
         self._holding = False
         self._dropped_ns: int | None = None
@@ -141,13 +127,14 @@ class PtompNode(HriNode):
             lockstep=self.lockstep,
             now_ns=self.now_ns,
         )
-        self._last: _Cycle | None = None
+        self._last: Cycle | None = None
         self._stage = PlannerStatus.IDLE
         self._reason = ""
         self._scale = 1.0
         self._next_heartbeat_ns = 0
         self._next_feedback_ns = 0
         self._next_markers_ns = 0
+        self._next_pause_ns = 0
         self._compute_ms: deque[float] = deque(maxlen=1000)
         self._late_ms: deque[float] = deque(maxlen=1000)
         self._plans = 0
@@ -289,6 +276,7 @@ class PtompNode(HriNode):
         if self._motion is not None:
             self._end(self._motion, ReachTarget.Result.FAILED, "the clock went back")
         self._next_heartbeat_ns = self._next_feedback_ns = self._next_markers_ns = now_ns
+        self._next_pause_ns = now_ns
         self._last_plan_ns = self._next_cycle_ns = now_ns
 
     def _supervise(self, now_ns: int, motion: Motion | None) -> None:
@@ -343,6 +331,11 @@ class PtompNode(HriNode):
             self._next_heartbeat_ns = now_ns
             self._stage, self._reason = PlannerStatus.STOPPING, problem
             self.fault("paused", problem)
+            self._next_pause_ns = now_ns
+        if now_ns >= self._next_pause_ns:
+            # Again and again: the cause may change while the robot stands.
+            self._next_pause_ns = now_ns + FEEDBACK_NS
+            self._reason = problem
             self._publish_status(now_ns, motion, None)
         reference = self._inputs.reference
         if reference is not None and reference.state != ControllerState.IDLE:
@@ -419,24 +412,17 @@ class PtompNode(HriNode):
             return False
         at_rest = np.abs(self._inputs.qd).max() < self._config.rest_speed
         distance = self._goal_distance(motion)
-        plan_time = self._handover.plan_time_s(now_ns)
         if (
             at_rest
             and distance <= self._config.goal_tolerance
-            and self._plan_is_over(motion, plan_time)
+            and self._last is not None
+            and self._last.motion_number == motion.number
+            and self._last.is_over(self._handover.plan_time_s(now_ns))
         ):
             self._holding = True
             self._end(motion, ReachTarget.Result.REACHED, f"reached, {distance * 1e3:.1f} mm off")
             return True
         return False
-
-    def _plan_is_over(self, motion: Motion, plan_time: float) -> bool:
-        """Whether the newest published plan of a motion has brought the tool to the goal."""
-        cycle = self._last
-        if cycle is None or cycle.motion_number != motion.number:
-            return False
-        arrived = cycle.result.stage == "reaching" and plan_time >= cycle.result.plan.end_s - 1e-9
-        return arrived or cycle.result.stage == "holding"
 
     # ------------------------------------------------------------------ planning
     def _start_cycle(self, now_ns: int, motion: Motion | None) -> None:
@@ -476,7 +462,7 @@ class PtompNode(HriNode):
                 # The ROS clock, so that the share is kept when /clock runs fast or slow.
                 return self.now_ns() >= end_ns
 
-        def job() -> _Cycle:
+        def job() -> Cycle:
             start = time.monotonic()
             before = self._planner.snapshot()
             try:
@@ -487,7 +473,7 @@ class PtompNode(HriNode):
                 self._planner.restore(before)
                 raise
             spent = time.monotonic() - start
-            return _Cycle(number, handover_ns, newest_ns, joint, before, result, spent)
+            return Cycle(number, handover_ns, newest_ns, joint, before, result, spent)
 
         self._worker.submit(job)
         if self.lockstep:
@@ -578,7 +564,7 @@ class PtompNode(HriNode):
         self._failure = str(error)
         self.fault("replan", f"a replan failed: {error}")
 
-    def _publish_plan(self, now_ns: int, motion: Motion | None, cycle: _Cycle) -> None:
+    def _publish_plan(self, now_ns: int, motion: Motion | None, cycle: Cycle) -> None:
         result = cycle.result
         due_ns = self._handover.publish(cycle.handover_ns, cycle.joint, cycle.before, result)
         self._trajectory.publish(trajectory_message(result.plan, self._robot.joint_names, due_ns))
@@ -598,13 +584,13 @@ class PtompNode(HriNode):
             self._next_markers_ns = now_ns + NANO // 10
             self._markers.publish(plan_markers(result.plan, self._robot, now_ns))
 
-    def _publish_status(self, now_ns: int, motion: Motion | None, cycle: _Cycle | None) -> None:
+    def _publish_status(self, now_ns: int, motion: Motion | None, cycle: Cycle | None) -> None:
         reference = self._inputs.reference
         message = PlannerStatus(
             header=Header(stamp=to_time(now_ns), frame_id=WORLD),
             stage=self._stage,
             reason=self._reason,
-            motion=self._motions,
+            motion=self._motions if motion is None else motion.number,
             clearance=self._inputs.separation(self._robot),
             speed_scale=self._scale,
             handover_jump=0.0 if reference is None else reference.max_handover_jump,

@@ -302,6 +302,10 @@ class PtompPlanner:
     def _conclude(
         self, motion: Motion, plan: JointPlan, grid: Grid, handover_s: float, done: int
     ) -> ReplanResult:
+        if not self._keeps_limits(plan):
+            raise PlanningError(
+                "the plan leaves the joint limits", hint="the robot stays on the plan before"
+            )
         arrives = motion.arrival is not None
         if arrives:
             if np.abs(plan.q[-1] - self._posture).max() > 1e-9:
@@ -325,7 +329,7 @@ class PtompPlanner:
         return ReplanResult(
             plan=plan,
             stage=self.stage,
-            feasible=clearance >= 0.0 and self._keeps_limits(plan),
+            feasible=clearance >= 0.0,
             reason=reason,
             iterations=done,
             cost_terms=dict(zip(TERMS, map(float, terms[0]), strict=True)),

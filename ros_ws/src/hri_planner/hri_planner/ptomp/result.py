@@ -14,7 +14,7 @@ class ReplanResult:
     Attributes:
         plan: Takes effect at the hand-over, starts at the state the old plan has there.
         stage: reaching, waiting (resting or evading away from the goal) or holding (at the goal).
-        feasible: Whether the forecast's mean is nowhere touched and all limits are kept.
+        feasible: Whether the forecast's mean is nowhere touched. Limits are kept in any case.
         reason: Why the robot is late, waits or is infeasible; empty when all is well.
         iterations: Optimisation steps done.
         cost_terms: Weighted terms of the plan's cost by name.

@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 _NAMES = ("shoulder", "elbow", "wrist", "hand tip")
 _SWAPS = [p for p in itertools.permutations(range(3)) if p != (0, 1, 2)]
 _LENGTH_SAMPLES = 50
+_SWAPPED = "markers swapped"
 _SWAP_MEMORY_NS = 1_000_000_000
 """Markers that stay exchanged for longer than this are believed, if their lengths fit."""
 
@@ -65,6 +66,7 @@ class InputCheck:
         self._lengths: list[tuple[float, float]] = []
         self._own: tuple[float, float] | None = None
         self._swapped_ns = self._swap_began_ns = -_SWAP_MEMORY_NS
+        self._exchanged = False
 
     def check(self, sample: ArmSample) -> Verdict:
         """Judge one sample and remember what may be used of it."""
@@ -88,7 +90,13 @@ class InputCheck:
             bool(v) and all(map(math.isfinite, p))
             for v, p in zip(sample.valid.tolist(), points, strict=True)
         ]
+        exchanged = self._exchanged
         fault = self._fault(sample.stamp_ns, points, usable)
+        self._exchanged = fault == _SWAPPED
+        if exchanged and not fault and sample.stamp_ns - self._swap_began_ns >= _SWAP_MEMORY_NS:
+            # Nobody can tell an arm that turned round unseen from labels that stay exchanged.
+            restart, reason = True, "markers seemed swapped for 1 s and are believed now"
+            self._count("swapped markers believed")
         if fault:
             self._count(fault.split(":")[0])
         for i in range(4):
@@ -106,7 +114,7 @@ class InputCheck:
         swapped = self._swapped(points, usable)
         if swapped:
             usable[:] = [False] * 4
-            return "markers swapped"
+            return _SWAPPED
         jumped = [i for i in range(4) if usable[i] and self._jumped(stamp_ns, i, points[i])]
         for i in jumped:
             usable[i] = False

@@ -27,6 +27,7 @@ from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Header
 
+from hri_prediction.compiled import compiled_variants
 from hri_prediction.errors import ConfigError, HriError
 from hri_prediction.ros.time import NANO, to_ns, to_time
 
@@ -37,6 +38,8 @@ OK, WARN, ERROR, STALE = (
     DiagnosticStatus.ERROR,
     DiagnosticStatus.STALE,
 )
+STANDSTILL_S = 0.25
+"""Ticks that come later than this after the one before are spoken of [s]."""
 
 
 class CountedPublisher:
@@ -90,7 +93,10 @@ class HriNode(Node):
         self._arrivals = 0
         self._lockstep_now_ns = lockstep_ns or 0
         self._tick_ms: deque[float] = deque(maxlen=1000)
+        self._tick_ended_s = 0.0
         self._overruns = 0
+        # Compiled kernels at the first tick: none may be added afterwards.
+        self._variants: dict[str, int] | None = None
         self._next_diagnostics_ns = 0
         self._faults: dict[str, tuple[int, str]] = {}
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
@@ -156,14 +162,18 @@ class HriNode(Node):
         """
         if now_ns is not None:
             self._lockstep_now_ns = now_ns
+        if self._variants is None:
+            self._variants = compiled_variants()
         start = time.perf_counter()
+        self._notice_standstill(start)
         inbox, self._inbox = self._inbox, []
         inbox.sort(key=lambda item: item[:3])
         for _, _, _, message, handler in inbox:
             handler(message)
         now = self.now_ns()
         self.on_tick(now)
-        elapsed = time.perf_counter() - start
+        self._tick_ended_s = time.perf_counter()
+        elapsed = self._tick_ended_s - start
         self._tick_ms.append(elapsed * 1e3)
         if self.period_s > 0 and elapsed > self.period_s:
             self._overruns += 1
@@ -172,6 +182,20 @@ class HriNode(Node):
             self._publish_diagnostics(now)
         elif self._next_diagnostics_ns - now > 2 * NANO:  # the clock went back
             self._next_diagnostics_ns = now
+
+    def _notice_standstill(self, now_s: float) -> None:
+        """Say so when the timer came much too late: not this node's work but the machine's."""
+        gap = now_s - self._tick_ended_s
+        if (
+            self._timer is None
+            or self.get_parameter("use_sim_time").value
+            or not self._tick_ended_s
+        ):
+            return
+        if gap > max(STANDSTILL_S, 10.0 * self.period_s):
+            self.fault(
+                "standstill", f"this node was not run for {gap:.2f} s: is the machine overloaded?"
+            )
 
     def on_tick(self, now_ns: int) -> None:
         """Compute and publish; called once a tick, after the message handlers."""
@@ -194,6 +218,13 @@ class HriNode(Node):
         """Texts of the faults of the last seconds, one a kind, the newest of each."""
         return tuple(text for _, text in self._faults.values())
 
+    def compiled_late(self) -> list[str]:
+        """Kernels that were compiled (or loaded) after the first tick, while the graph waited."""
+        if self._variants is None:
+            return []
+        before = self._variants
+        return [name for name, count in compiled_variants().items() if count > before.get(name, 0)]
+
     def health(self) -> tuple[bytes, str, dict[str, Any]]:
         """Level, summary and figures for /diagnostics; nodes extend it."""
         return OK, "running", {}
@@ -208,6 +239,7 @@ class HriNode(Node):
             figures["tick_ms_p50"] = f"{ordered[len(ordered) // 2]:.3f}"
             figures["tick_ms_p99"] = f"{ordered[int(len(ordered) * 0.99)]:.3f}"
         figures["tick_overruns"] = self._overruns
+        figures["compiled_late"] = ", ".join(self.compiled_late())
         for topic, count in self.received.items():
             figures[f"received {topic}"] = count
         for topic, publisher in self.publishers_by_topic.items():

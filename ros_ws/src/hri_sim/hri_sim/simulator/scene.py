@@ -96,7 +96,8 @@ class Scene:
             data.mocap_pos[mocap] = _HIDDEN
             return
         longest = _place_limbs(
-            np.ascontiguousarray(keypoints, dtype=float),
+            # A copy: poses may be read-only, which to the compiler is a type of its own.
+            np.array(keypoints, dtype=float, order="C"),
             mocap,
             geoms,
             data.mocap_pos,
