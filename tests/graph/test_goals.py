@@ -17,6 +17,7 @@ from motions import (
 )
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
+from hri_planner.nodes.motion import held_up
 from hri_planner.robot.model import load_robot
 from hri_prediction.ros.messages import PlannerStatus, ReachTarget
 from hri_prediction.ros.qos import reliable
@@ -90,6 +91,20 @@ def test_into_the_table(quiet: Graph, scenario: Scenario) -> None:
     assert result.outcome == Result.UNREACHABLE
     assert "table" in result.reason
     assert finish(quiet, start_reach(quiet, scenario)).outcome == Result.REACHED
+
+
+def test_into_something_that_the_planner_does_not_know(
+    make_graph: Callable[..., Graph], scenario: Scenario
+) -> None:
+    """The table is not where the planner believes it: that is noticed, and said."""
+    graph = make_graph(parameters={"ptomp": {"table_center": [0.0, 0.0, -2.0]}})
+    graph.run(0.3)
+    result = finish(graph, graph.reach(goal_at((0.4, -0.4, scenario.table.top - 0.05))), 6.0)
+    assert result.outcome == Result.BLOCKED
+    assert "held up" in result.reason
+    assert "given no table" not in result.reason
+    assert "given no table" in held_up(0.1, None)
+    assert np.abs(newest_speed(graph)).max() < 0.05
 
 
 def test_goal_in_the_robot_s_own_frame(quiet: Graph, scenario: Scenario) -> None:

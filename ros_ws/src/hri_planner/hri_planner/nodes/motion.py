@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hri_planner.ptomp.costs import TableBox
 from hri_planner.ptomp.planner import PlannerSnapshot
 from hri_planner.ptomp.result import ReplanResult
 from hri_planner.ros.handover import Joint
@@ -15,6 +16,9 @@ from hri_planner.ros.inputs import NOBODY
 from hri_prediction.ros.messages import ReachTarget
 
 FloatArray = NDArray[np.float64]
+
+STUCK_NS = 2_000_000_000
+"""How long the tool may stay off the goal once its plan has ended there [ns]."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +60,8 @@ class Motion:
         duration_s: Wanted duration [s].
         accepted_ns: ROS time of acceptance [ns].
         number: Motions since the node started, from 1.
+        lost_since_ns: Since when the inputs are away [ns]; none while they are there.
+        over_since_ns: Since when the tool should have been at the goal [ns]; none before.
     """
 
     handle: Any
@@ -71,7 +77,16 @@ class Motion:
     misses: int = 0
     min_separation: float = NOBODY
     lost_since_ns: int | None = None
+    over_since_ns: int | None = None
     costs: dict[str, float] = field(default_factory=dict)
+
+    def is_held_up(self, now_ns: int, over: bool) -> bool:
+        """Whether the tool is off the goal for too long after its plan was ``over``."""
+        if not over:
+            self.over_since_ns = None
+        elif self.over_since_ns is None:
+            self.over_since_ns = now_ns
+        return self.over_since_ns is not None and now_ns - self.over_since_ns > STUCK_NS
 
     def end(self, outcome: int, reason: str, now_ns: int, goal_error: float) -> Any:
         """Mark the motion as over and make its result."""
@@ -86,3 +101,12 @@ class Motion:
             cost_names=list(self.costs),
             costs=list(self.costs.values()),
         )
+
+
+def held_up(distance: float, table: TableBox | None) -> str:
+    """What is said of a robot that does not get to where its plan ends, ``distance`` [m] off."""
+    unseen = "" if table else ", which was given no table"
+    return (
+        f"the plan has ended at the goal, but the robot is held up {distance:.3f} m away: "
+        f"something is in the way that the planner does not know{unseen}"
+    )

@@ -21,7 +21,7 @@ from std_msgs.msg import Float64, Header
 from trajectory_msgs.msg import JointTrajectory
 from visualization_msgs.msg import MarkerArray
 
-from hri_planner.nodes.motion import Cycle, Motion
+from hri_planner.nodes.motion import Cycle, Motion, held_up
 from hri_planner.nodes.ptomp_config import PtompNodeConfig
 from hri_planner.ptomp.budget import VirtualTimeBudget
 from hri_planner.ptomp.config import PtompConfig, load_default_config
@@ -347,6 +347,7 @@ class PtompNode(HriNode):
                 self._drop()
         if motion is None:
             return
+        motion.over_since_ns = None
         if motion.lost_since_ns is None:
             motion.lost_since_ns = now_ns
         if (now_ns - motion.lost_since_ns) / NANO > self._config.lost_timeout:
@@ -412,17 +413,21 @@ class PtompNode(HriNode):
             return False
         at_rest = np.abs(self._inputs.qd).max() < self._config.rest_speed
         distance = self._goal_distance(motion)
-        if (
-            at_rest
-            and distance <= self._config.goal_tolerance
-            and self._last is not None
-            and self._last.motion_number == motion.number
-            and self._last.is_over(self._handover.plan_time_s(now_ns))
-        ):
+        last = self._last
+        over = (
+            last is not None
+            and last.motion_number == motion.number
+            and last.is_over(self._handover.plan_time_s(now_ns))
+        )
+        if at_rest and over and distance <= self._config.goal_tolerance:
             self._holding = True
             self._end(motion, ReachTarget.Result.REACHED, f"reached, {distance * 1e3:.1f} mm off")
             return True
-        return False
+        stuck = motion.is_held_up(now_ns, over)
+        if stuck:
+            self._halt()
+            self._end(motion, ReachTarget.Result.BLOCKED, held_up(distance, self._planner.table))
+        return stuck
 
     # ------------------------------------------------------------------ planning
     def _start_cycle(self, now_ns: int, motion: Motion | None) -> None:
