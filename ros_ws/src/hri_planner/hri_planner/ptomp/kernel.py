@@ -292,7 +292,7 @@ def _motion_costs(
 
 
 @njit(fastmath=_FAST)
-def capsule_distance_rows(
+def _distances(
     q: FloatArray,
     columns: int,
     lengths: FloatArray,
@@ -304,7 +304,7 @@ def capsule_distance_rows(
 ) -> None:
     """Forward kinematics and all capsule pairs of every column into the workspace.
 
-    Arguments as :func:`trajectory_cost`.
+    Arguments as :func:`many_costs`, ``q`` one of its trajectories.
     """
     padded = (columns + _LANES - 1) // _LANES * _LANES
     # What lies beyond the columns is finite and never summed up.
@@ -325,44 +325,10 @@ def capsule_distance_rows(
 
 
 @njit(fastmath=_FAST)
-def trajectory_cost(
-    q: FloatArray,
-    columns: int,
-    step: float,
-    lengths: FloatArray,
-    masses: FloatArray,
-    radii: FloatArray,
-    lower: FloatArray,
-    upper: FloatArray,
-    velocity: FloatArray,
-    humans: FloatArray,
-    human_radii: FloatArray,
-    par: FloatArray,
-    work: FloatArray,
-    terms: FloatArray,
+def _clearance_costs(
+    columns: int, step: float, par: FloatArray, work: FloatArray, terms: FloatArray
 ) -> float:
-    """Cost of one trajectory.
-
-    Args:
-        q: (7, P >= columns) [rad], see the module.
-        columns: Columns in use, at most ROW.
-        step: Time between columns [s].
-        lengths: The arm's lengths (4,) [m].
-        masses: Of upper arm, lower arm and hand (3,) [kg].
-        radii: Of the robot's capsules (3,) [m].
-        lower: Joint limits (7,) [rad].
-        upper: Joint limits (7,) [rad].
-        velocity: Speed limits (7,) [rad/s].
-        humans: Capsules over time (limbs, 9 * ROW), see :func:`_pair`.
-        human_radii: (limbs,) [m].
-        par: Parameter vector.
-        work: Workspace (WORKSPACE_ROWS * ROW,).
-        terms: Result (TERM_COUNT,): the weighted cost terms.
-
-    Returns:
-        Smallest predicted clearance over the columns from the hand-over on [m].
-    """
-    capsule_distance_rows(q, columns, lengths, radii, humans, human_radii, par, work)
+    """Sum up what the capsule pairs gave; returns the smallest clearance from the hand-over on [m]."""
     out = work[_OUT * ROW : (_OUT + 3) * ROW]
     collision, contact, nearest = 0.0, 0.0, _FAR
     for i in range(FIRST_FREE, columns):
@@ -373,14 +339,7 @@ def trajectory_cost(
         nearest = near if near < nearest else nearest
     terms[0] = par[P_COLLISION] * step * collision
     terms[1] = par[P_CONTACT] * step * contact
-    _motion_costs(columns, step, lengths[0], masses, radii, par, work, terms)
-    _joint_costs(q, columns, step, lower, upper, velocity, par, terms)
     return nearest
-
-
-def clearance_row(work: FloatArray) -> FloatArray:
-    """Clearance by column of the trajectory that was evaluated last, a view of the workspace."""
-    return work[(_OUT + _NEAREST) * ROW : (_OUT + _NEAREST + 1) * ROW]
 
 
 @njit
@@ -401,9 +360,33 @@ def many_costs(
     terms: FloatArray,
     nearest: FloatArray,
 ) -> None:
-    """Fill terms (n, TERM_COUNT) and nearest (n,) by :func:`trajectory_cost` of (n, 7, P)."""
+    """Costs of many trajectories.
+
+    Args:
+        trajectories: (n, 7, P >= columns) [rad], see the module.
+        columns: Columns in use, at most ROW.
+        step: Time between columns [s].
+        lengths: The arm's lengths (4,) [m].
+        masses: Of upper arm, lower arm and hand (3,) [kg].
+        radii: Of the robot's capsules (3,) [m].
+        lower: Joint limits (7,) [rad].
+        upper: Joint limits (7,) [rad].
+        velocity: Speed limits (7,) [rad/s].
+        humans: Capsules over time (limbs, 9 * ROW), see :func:`_pair`.
+        human_radii: (limbs,) [m].
+        par: Parameter vector.
+        work: Workspace (WORKSPACE_ROWS * ROW,).
+        terms: Result (n, TERM_COUNT): the weighted cost terms.
+        nearest: Result (n,): smallest predicted clearance from the hand-over on [m].
+    """
     for index in range(trajectories.shape[0]):
-        nearest[index] = trajectory_cost(
-            trajectories[index], columns, step, lengths, masses, radii, lower, upper, velocity,
-            humans, human_radii, par, work, terms[index],
-        )  # fmt: skip
+        q, result = trajectories[index], terms[index]
+        _distances(q, columns, lengths, radii, humans, human_radii, par, work)
+        nearest[index] = _clearance_costs(columns, step, par, work, result)
+        _motion_costs(columns, step, lengths[0], masses, radii, par, work, result)
+        _joint_costs(q, columns, step, lower, upper, velocity, par, result)
+
+
+def clearance_row(work: FloatArray) -> FloatArray:
+    """Clearance by column of the trajectory that was evaluated last, a view of the workspace."""
+    return work[(_OUT + _NEAREST) * ROW : (_OUT + _NEAREST + 1) * ROW]
