@@ -31,7 +31,6 @@ class RobotModel:
         velocity: Largest joint speeds (7,) [rad/s].
         effort: Largest joint torques (7,) [N m].
         lengths: Height of the shoulder, shoulder to elbow, elbow to wrist, wrist to tool (4,) [m].
-        tool_offset: Flange to tool centre point along z [m].
         capsule_radii: Of upper arm, lower arm and hand (3,) [m].
         part_masses: Of upper arm, lower arm and hand (3,) [kg], for the effort cost.
         urdf_text: The whole URDF.
@@ -43,7 +42,6 @@ class RobotModel:
     velocity: FloatArray
     effort: FloatArray
     lengths: FloatArray
-    tool_offset: float
     capsule_radii: FloatArray
     part_masses: FloatArray
     urdf_text: str = field(repr=False)
@@ -168,7 +166,6 @@ def parse_robot(urdf_text: str) -> RobotModel:
         velocity=velocity,
         effort=effort,
         lengths=lengths,
-        tool_offset=offset,
         capsule_radii=capsule_radii(urdf_text),
         part_masses=np.array(parts),
         urdf_text=urdf_text,

@@ -62,21 +62,17 @@ class Scene:
 
     Attributes:
         model: The MuJoCo model; robot joints are its only degrees of freedom, in the robot's order.
-        robot_geoms: Ids of the capsules upper arm, lower arm, hand (3,).
         table_geom: Id of the table.
         limb_geoms: Of every person, ids of upper arm, forearm, hand (P, 3).
         limb_mocap: Mocap indices of the same (P, 3).
-        tool_site: Id of the site at the tool centre point.
         body_ids: Ids of the people, in the order of the rows.
         radii: Radii of the limbs (3,) [m].
     """
 
     model: mujoco.MjModel
-    robot_geoms: NDArray[np.intp]
     table_geom: int
     limb_geoms: NDArray[np.intp]
     limb_mocap: NDArray[np.intp]
-    tool_site: int
     body_ids: tuple[str, ...]
     radii: FloatArray
 
@@ -283,11 +279,9 @@ def _found(model: mujoco.MjModel, scenario: Scenario, config: SceneConfig) -> Sc
     mocap = [[int(model.body(name).mocapid[0]) for name in row] for row in names]
     return Scene(
         model=model,
-        robot_geoms=np.array([geom(name) for name in CAPSULE_NAMES], dtype=np.intp),
         table_geom=geom("table"),
         limb_geoms=limbs,
         limb_mocap=np.array(mocap, dtype=np.intp).reshape(-1, 3),
-        tool_site=int(model.site("tool").id),
         body_ids=tuple(person.id for person in scenario.persons),
         radii=config.radii.array,
     )

@@ -301,10 +301,3 @@ class Simulation:
         """Where a person's arm was placed (4, 3) [m]; None when hidden."""
         points = self._arms[self._rows[body_id]]
         return None if np.isnan(points[0, 0]) else points.copy()
-
-    def physics_state(self) -> bytes:
-        """Time, joint angles and velocities, and mocap poses: equal bytes, equal states."""
-        kind = mujoco.mjtState.mjSTATE_INTEGRATION
-        state = np.empty(mujoco.mj_stateSize(self.scene.model, kind))
-        mujoco.mj_getState(self.scene.model, self.data, state, kind)
-        return state.tobytes() + self.time_ns.to_bytes(8, "little")

@@ -61,11 +61,6 @@ class StopChain:
         self._halt = False
 
     @property
-    def commanded(self) -> float:
-        """The scale that was last asked for."""
-        return self._commanded
-
-    @property
     def halting(self) -> bool:
         """Whether :meth:`halt` is in force."""
         return self._halt
