@@ -29,6 +29,7 @@ from std_msgs.msg import Header
 
 from hri_prediction.compiled import compiled_variants
 from hri_prediction.errors import ConfigError, HriError
+from hri_prediction.ros.readiness import ready_line
 from hri_prediction.ros.time import NANO, to_ns, to_time
 
 Handler = Callable[[Any], None]
@@ -284,6 +285,7 @@ def run_node(make: Callable[[], HriNode], args: list[str] | None = None) -> int:
         gc.collect()
         gc.freeze()
         end.interrupt = False
+        print(ready_line(node), flush=True)
         while rclpy.ok() and not end.asked:
             executor.spin_once(timeout_sec=0.1)
     except (KeyboardInterrupt, ExternalShutdownException):

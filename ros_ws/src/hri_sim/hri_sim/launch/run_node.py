@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import ast
+import importlib.util
 import os
 import sys
 from pathlib import Path
@@ -24,29 +26,60 @@ def installed_nodes() -> list[tuple[str, str]]:
     return list(found)
 
 
+def describe(package: str, name: str) -> str:
+    """What a node does, in one line: the first line of its module, which is read but not run."""
+    parent = importlib.util.find_spec(package)
+    for folder in parent.submodule_search_locations or () if parent else ():
+        path = Path(folder) / "nodes" / f"{name}_node.py"
+        if path.is_file():
+            text = ast.get_docstring(ast.parse(path.read_text())) or ""
+            return text.partition("\n")[0].partition(": ")[2].rstrip(".")
+    return ""
+
+
+def node_list() -> str:
+    """All nodes, one a line, with what they do."""
+    return "\n".join(
+        f"  {package + ' ' + name:<26} {describe(package, name)}".rstrip()
+        for package, name in installed_nodes()
+    )
+
+
 def _parser() -> argparse.ArgumentParser:
-    nodes = "\n".join(f"  {package} {name}" for package, name in installed_nodes())
     parser = argparse.ArgumentParser(
         prog="run_node.py",
-        description="Run one node in the foreground; Ctrl-C ends it.",
-        epilog=f"nodes:\n{nodes}\n\nexample:\n"
+        description="Run one node in the foreground; Ctrl-C ends it. Without arguments: list the nodes.",
+        epilog=f"nodes:\n{node_list()}\n\nexample:\n"
         "  run_node.py hri_prediction predictor --ros-args -p library:=library.npz",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("package", help="ROS package, such as hri_sim")
-    parser.add_argument("executable", help="node of it, such as simulator")
+    parser.add_argument("package", nargs="?", help="ROS package, such as hri_sim")
+    parser.add_argument("executable", nargs="?", help="node of it, such as simulator")
     parser.add_argument(
         "arguments", nargs=argparse.REMAINDER, help="for the node: --ros-args -p NAME:=VALUE …"
     )
     return parser
 
 
-def main() -> int:
-    """Replace this process by the node's.
+def main(argv: list[str] | None = None) -> int:
+    """Replace this process by the node's; without arguments, list the nodes.
 
     Raises:
         GraphError: when the executable is not installed.
     """
-    options = _parser().parse_args()
+    parser = _parser()
+    options = parser.parse_args(argv)
+    if options.package is None:
+        print(f"nodes (run_node.py PACKAGE NODE):\n{node_list()}")
+        return 0
+    known = [name for package, name in installed_nodes() if package == options.package]
+    if options.package not in PACKAGES:
+        text = f"there is no package {options.package!r} here; run_node.py alone lists the nodes"
+        parser.error(text)
+    if options.executable is None:
+        parser.error(f"which node of {options.package}? It has {', '.join(known) or 'none'}")
+    if known and options.executable not in known:
+        text = f"{options.package} has no node {options.executable!r}; it has {', '.join(known)}"
+        parser.error(text)
     path = str(find_executable(options.package, options.executable))
     os.execv(path, [path, *options.arguments])

@@ -135,7 +135,6 @@ class RecorderNode(HriNode):
         self._unknown: dict[str, str] = {}
         self._ticks = 0
         self._last_state: tuple[float, RecorderState] | None = None
-        self.get_logger().info(f"recording to {self.core.folder}")
         self._look()
         # On its own clock: with use_sim_time, /clock itself must be found before it moves.
         self.period_s = PERIOD_S
@@ -359,6 +358,7 @@ def main(args: list[str] | None = None) -> int:
         executor.add_node(node)
         gc.collect()
         gc.freeze()
+        print(f"{node.get_name()} ready: records all topics to {node.core.folder}", flush=True)
         while rclpy.ok() and not stop.seen and not node.core.must_end:
             executor.spin_once(timeout_sec=0.1)
         if not node.core.must_end:
