@@ -121,9 +121,24 @@ def test_command_line(tracks, tmp_path, capsys):
     assert len(TaskLibrary.load(out / "library.npz").tasks) == 2
     assert json.loads((out / "results.json").read_text())["tasks"][0]["demonstrations"] == 5
     capsys.readouterr()
-    assert train_main([str(tmp_path / "none.npz"), "--out", str(out)]) == 1
+    before = (out / "library.npz").read_bytes()
+    again = [str(tmp_path / "reaches.npz"), "--out", str(out), "--smoke"]
+    assert train_main(again) == 1
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "library.npz" in error
+    assert "--overwrite" in error
+    assert (out / "library.npz").read_bytes() == before
+    (out / "library.npz").write_bytes(b"")
+    assert train_main([*again, "--overwrite"]) == 0
+    assert (out / "library.npz").read_bytes() == before
+    capsys.readouterr()
+    assert train_main([*again[:2], str(tmp_path / "library.npz")]) == 1
+    assert "a folder" in capsys.readouterr().err
+    new = tmp_path / "new"
+    assert train_main([str(tmp_path / "none.npz"), "--out", str(new)]) == 1
     assert capsys.readouterr().err.count("\n") == 1
-    arguments = [str(tmp_path / "reaches.npz"), "--out", str(out), "--leave-out-subject", "x"]
+    arguments = [str(tmp_path / "reaches.npz"), "--out", str(new), "--leave-out-subject", "x"]
     assert train_main(arguments) == 1
     assert "expected one of one" in capsys.readouterr().err
     assert train_main(["--no-such-option"]) == 2

@@ -16,11 +16,12 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from hri_prediction.config import load_yaml
-from hri_prediction.errors import HriError
+from hri_prediction.errors import ConfigError, HriError
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.training import TASK_FIELDS, TrainingResult, train_from_files
 
 _SMOKE_TRACKS = 5
+_OUTPUTS = ("library.npz", "results.json", "results.md", "wrist.png")
 _COLUMNS = ("task", "side", "reaches", "subjects", "duration s", "misfit mm", "end spread mm")
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
@@ -88,6 +89,23 @@ def plot_library(result: TrainingResult, path: Path, rng: np.random.Generator) -
     figure.savefig(path, dpi=110)
 
 
+def check_out(out: Path, overwrite: bool) -> None:
+    """Whether results may go into a folder; asked before the training, which takes its time.
+
+    Raises:
+        ConfigError: it is no folder, or holds results that are not to be replaced.
+    """
+    if out.suffix == ".npz" or out.is_file():
+        raise ConfigError(
+            f"--out {out} is a file", expected="a folder; library.npz and a report go into it"
+        )
+    there = [name for name in _OUTPUTS if (out / name).exists()]
+    if there and not overwrite:
+        raise ConfigError(
+            f"{out} already holds {', '.join(there)}", hint="name another folder or add --overwrite"
+        )
+
+
 def write_results(result: TrainingResult, out: Path, seed: int) -> None:
     """Write library.npz, results.json, results.md and wrist.png into ``out``."""
     out.mkdir(parents=True, exist_ok=True)
@@ -140,6 +158,9 @@ def train_promp(
         Path | None, typer.Option(help="YAML file with parameters of PredictorConfig.")
     ] = None,
     seed: Annotated[int, typer.Option(help="Seed of the sample paths in the plot.")] = 0,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace the results that --out already holds.")
+    ] = False,
     smoke: Annotated[
         bool, typer.Option("--smoke", help=f"Use {_SMOKE_TRACKS} tracks a task only (seconds).")
     ] = False,
@@ -147,6 +168,7 @@ def train_promp(
     """Learn a library of reaching tasks (one ProMP a task and side) from recordings."""
     console = Console()
     try:
+        check_out(out, overwrite)
         settings = load_yaml(PredictorConfig, config) if config else PredictorConfig()
         settings = dataclasses.replace(settings, min_demonstrations=min_demonstrations)
         with Progress(
