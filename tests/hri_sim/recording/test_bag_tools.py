@@ -20,6 +20,7 @@ from sensor_msgs.msg import JointState  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
 
 from hri_prediction.bags import BagWriter, TopicInfo, inspect_bag  # noqa: E402
+from hri_prediction.bags.metadata import OfferedQos  # noqa: E402
 from hri_prediction.errors import ConfigError  # noqa: E402
 from hri_sim.tools import echo_topic  # noqa: E402
 from hri_sim.tools import inspect_bag as inspect_tool  # noqa: E402
@@ -44,6 +45,30 @@ def test_a_whole_bag_is_shown(bag: Path, capsys) -> None:
         assert part in out
     assert inspect_tool.main([str(bag), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["messages"] == 100
+
+
+@pytest.mark.parametrize("width", [80, 100, 250])
+def test_the_report_is_not_wider_than_a_page(
+    tmp_path: Path, width: int, monkeypatch: pytest.MonkeyPatch, capsys
+) -> None:
+    """Long names, many topics: the tables stay within the terminal, and within 100 columns."""
+    names = ("/joint_trajectory_controller/joint_trajectory", "/humans/bodies/person1/prediction")
+    qos = OfferedQos("keep_last", 5, "best_effort", "transient_local")
+    with BagWriter(tmp_path / "run", custom_data={"command": "launch_ptomp.py " * 20}) as writer:
+        for name in names:
+            info = TopicInfo(name, "trajectory_msgs/msg/JointTrajectory", qos=(qos,))
+            channel = writer.add_topic(info)
+            for index in range(1200):
+                writer.write(channel, b"\x00\x01\x00\x00" + bytes(8), index * 10**8, index * 10**8)
+    monkeypatch.setenv("COLUMNS", str(width))
+    monkeypatch.chdir(tmp_path)
+    assert inspect_tool.main(["run"]) == 0
+    out = capsys.readouterr().out
+    assert max(map(len, out.splitlines())) <= min(width, 100)
+    for part in ("[Hz]", "[s]", "later than [ms]", "1,200", "10.0"):
+        assert part in out
+    for part in (*names, "trajectory_msgs/msg/JointTrajectory", "best_effort, transient_local"):
+        assert part in out
 
 
 def test_a_cut_bag_is_shown_and_salvaged(bag: Path, tmp_path: Path, capsys) -> None:
@@ -120,6 +145,18 @@ def talker(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     rclpy.try_shutdown(context=context)
 
 
+@pytest.fixture
+def silent() -> Iterator[None]:
+    """A publisher that says nothing."""
+    context = rclpy.Context()
+    rclpy.init(context=context, domain_id=DOMAIN)
+    node = Node("quiet", context=context)
+    node.create_publisher(String, "/silent", 1)
+    yield
+    node.destroy_node()
+    rclpy.try_shutdown(context=context)
+
+
 def test_echo(talker: None, capfd) -> None:
     assert echo_topic.main(["/joint_states", "--once", "--timeout", "10"]) == 0
     out = capfd.readouterr().out
@@ -142,11 +179,11 @@ def test_echo(talker: None, capfd) -> None:
 
 def test_echo_says_what_it_waits_for(talker: None, capfd) -> None:
     start = time.monotonic()
-    assert echo_topic.main(["/joint_state", "--timeout", "2"]) == 1
-    assert time.monotonic() - start < 5
+    assert echo_topic.main(["/joint_state", "--timeout", "4"]) == 1
+    assert time.monotonic() - start < 6
     waiting, failed = capfd.readouterr().err.splitlines()
     assert waiting.startswith("waiting for /joint_state: nobody publishes it yet")
-    assert "/joint_states" in waiting
+    assert waiting.endswith("did you mean /joint_states?")
     assert failed.startswith("echo_topic.py: nobody publishes /joint_state")
     assert echo_topic.main(["/joint_states", "--field", "nothing", "--timeout", "9"]) == 1
     assert "has no field 'nothing'" in capfd.readouterr().err
@@ -172,6 +209,39 @@ def test_echo_ends_quietly(talker: None, number: int) -> None:
             process.communicate()
     assert process.returncode == 0
     assert err == ""
+
+
+def test_echo_waits_for_a_silent_publisher(talker: None, silent: None, capfd) -> None:
+    assert echo_topic.main(["/silent", "--timeout", "2.3"]) == 1
+    waiting, failed = capfd.readouterr().err.splitlines()
+    assert waiting == "waiting for /silent: no message yet; its publisher is quiet"
+    assert "no message on /silent for 2.3 s" in failed
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--hz", "--once"], "two messages"),
+        (["--hz", "--count", "1"], "two messages"),
+        (["--hz", "--field", "name"], "--field"),
+        (["--count", "-1"], "positive"),
+        (["--timeout", "nan"], "seconds"),
+    ],
+)
+def test_echo_refuses_options_that_make_no_sense(options: list[str], words: str, capsys) -> None:
+    with pytest.raises(SystemExit) as ended:
+        echo_topic.main(["/joint_states", *options])
+    assert ended.value.code == 2
+    assert words in capsys.readouterr().err
+
+
+def test_what_there_is_instead() -> None:
+    known = ["/rosout", "/parameter_events", "/joint_states"]
+    assert echo_topic.what_there_is("/xyz", known[:2]).startswith("no graph is running")
+    assert echo_topic.what_there_is("/xyz", known) == "there is /joint_states"
+    assert echo_topic.what_there_is("/joint", known) == "did you mean /joint_states?"
+    many = [f"/t{index}" for index in range(10)]
+    assert echo_topic.what_there_is("/xyz", many).endswith("/t7 and 2 more")
 
 
 def test_near_names() -> None:

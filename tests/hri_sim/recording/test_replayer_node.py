@@ -193,3 +193,46 @@ def test_the_command_plays_and_ends(
     assert replay_mocap.main([str(track_file), "--trial", "7"]) == 1
     assert "from 0 to 0" in capfd.readouterr().err
     assert replay_mocap.main(["/no/such/file.npz"]) == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--body", "my body"], "body id 'my body'"),
+        (["--body", "1st"], "digit"),
+        (["--rate", "0"], "rate"),
+        (["--rate", "nan"], "rate"),
+        (["--place", "nonsense"], "X,Y,Z,YAW"),
+        (["--place", "0,0,inf,0"], "X,Y,Z,YAW"),
+        (["--trial", "1"], "from 0 to 0"),
+        (["--trial", "-5"], "trial"),
+        (["--resample", "-1"], "resample"),
+        (["--resample", "nan"], "resample"),
+        (["--delay", "-1"], "delay"),
+        (["--delay", "inf"], "delay"),
+        (["--topics", "/x"], "no topics"),
+    ],
+)
+def test_wrong_options_give_one_clear_line(
+    track_file: Path, options: list[str], words: str, monkeypatch: pytest.MonkeyPatch, capfd
+) -> None:
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(DOMAIN))
+    assert replay_mocap.main([str(track_file), *options]) == 1
+    err = capfd.readouterr().err
+    assert err.startswith("replay_mocap.py: ")
+    assert err.count("\n") == 1
+    assert words in err
+
+
+def test_a_bag_without_an_arm_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd
+) -> None:
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(DOMAIN))
+    with BagWriter(tmp_path / "bag") as writer:
+        channel = writer.add_topic(TopicInfo("/text", "std_msgs/msg/String"))
+        writer.write(channel, serialize_message(String(data="hi")), NS)
+    assert replay_mocap.main([str(tmp_path / "bag")]) == 1
+    err = capfd.readouterr().err
+    assert err.count("\n") == 1
+    assert "has no topic humans/bodies/<id>/arm" in err
+    assert "/text" in err

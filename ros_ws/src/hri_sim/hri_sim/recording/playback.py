@@ -22,6 +22,7 @@ from hri_prediction.tracks.track import ArmSample, ArmTrack
 TRACKED_TOPIC = "humans/bodies/{}/arm"
 TRUE_TOPIC = "sim/bodies/{}/arm"
 _SAME_CLOCK_NS = 60 * 10**9
+_BODY_ID = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 @dataclass(frozen=True)
@@ -201,6 +202,11 @@ def load_playback(
         ConfigError: an option that does not fit the kind of file.
         DataError: the file cannot be read or holds nothing to play.
     """
+    if body_id and not _BODY_ID.fullmatch(body_id):
+        raise ConfigError(
+            f"body id {body_id!r}",
+            expected="letters, digits and _, not beginning with a digit: it becomes part of topics",
+        )
     path = Path(path)
     if path.suffix == ".mcap" or path.is_dir():
         if trial is not None:

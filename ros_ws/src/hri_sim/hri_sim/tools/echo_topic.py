@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import csv
 import difflib
+import os
 import sys
 import time
 from collections import deque
@@ -23,8 +24,13 @@ from hri_prediction.bags.schemas import message_class
 from hri_prediction.errors import GraphError, HriError
 from hri_sim.tools.fields import columns, follow, parse_field, to_text
 
-_PATIENCE_S = 1.0
-"""A topic that is not there after this time is announced as missing [s]."""
+_DISCOVERY_S = 3.5
+"""A topic unknown for this long is called missing [s]; nodes announce themselves every 3 s."""
+_QUIET_S = 2.0
+"""A topic that is there, but without a message for this long, is called quiet [s]."""
+_EVERYWHERE = ("/rosout", "/parameter_events")
+"""Topics that say nothing about which graph is there: every node has them."""
+_MOST_NAMES = 8
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -98,11 +104,41 @@ class _Rate:
                 self._times.popleft()
 
 
+def _options(argv: list[str] | None) -> argparse.Namespace:
+    parser = _parser()
+    options = parser.parse_args(argv)
+    if options.hz and (options.once or options.count == 1):
+        parser.error("--hz needs two messages at least: leave --once away, or say --count N")
+    if options.hz and options.field:
+        parser.error("--hz counts whole messages: leave --field away")
+    if options.count < 0:
+        parser.error(f"--count {options.count}: expected a positive number")
+    if not 0.0 <= options.timeout < float("inf"):
+        parser.error(f"--timeout {options.timeout:g}: expected a number of seconds, 0 for none")
+    return options
+
+
 def near_names(topic: str, known: list[str]) -> list[str]:
     """Names that someone who wrote ``topic`` may have meant, best first."""
     last = topic.rsplit("/", 1)[-1]
     close = difflib.get_close_matches(topic, known, n=5, cutoff=0.6)
-    return list(dict.fromkeys([*close, *[name for name in known if last and last in name]]))[:8]
+    return list(dict.fromkeys([*close, *[name for name in known if last and last in name]]))[
+        :_MOST_NAMES
+    ]
+
+
+def what_there_is(topic: str, known: list[str]) -> str:
+    """In words, for somebody who waits for ``topic``: similar names, else those that there are."""
+    others = sorted(name for name in known if name != topic and name not in _EVERYWHERE)
+    if not others:
+        domain = os.environ.get("ROS_DOMAIN_ID", "0")
+        return f"no graph is running in ROS domain {domain}"
+    near = near_names(topic, others)
+    if near:
+        return f"did you mean {' or '.join(near)}?"
+    more = len(others) - _MOST_NAMES
+    listed = ", ".join(others[:_MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
+    return f"there {'is' if len(others) == 1 else 'are'} {listed}"
 
 
 def _wait_for(
@@ -128,16 +164,19 @@ def _wait_for(
                 else DurabilityPolicy.VOLATILE,
             )
         waited = time.monotonic() - start
-        names = [name for name, _ in node.get_topic_names_and_types() if name != topic]
-        near = near_names(topic, names)
-        there = "there are " + ", ".join(near) if near else f"{len(names)} other topics are there"
+        there = what_there_is(topic, [name for name, _ in node.get_topic_names_and_types()])
         if timeout_s and waited > timeout_s:
             raise GraphError(f"nobody publishes {topic} after {waited:.1f} s", hint=there)
-        if not told and waited > _PATIENCE_S:
+        if not told and waited > _DISCOVERY_S:
             told = True
             print(f"waiting for {topic}: nobody publishes it yet; {there}", file=sys.stderr)
         spin()
     raise ExternalShutdownException
+
+
+def _publishers(node: Node, topic: str) -> str:
+    names = sorted({item.node_name for item in node.get_publishers_info_by_topic(topic)})
+    return f"its publisher is {', '.join(names)}" if names else "its publisher has gone"
 
 
 def _echo(options: argparse.Namespace, node: Node) -> None:
@@ -158,7 +197,8 @@ def _echo(options: argparse.Namespace, node: Node) -> None:
             inbox.append(message)
 
         node.create_subscription(message_class(kind), topic, take, qos, raw=options.hz)
-        last = time.monotonic()
+        start = last = time.monotonic()
+        told = False
         while rclpy.ok(context=node.context):
             spin()
             if inbox:
@@ -167,10 +207,17 @@ def _echo(options: argparse.Namespace, node: Node) -> None:
                 sink.show(inbox.popleft())
                 if wanted and sink.count >= wanted:
                     return
-            if options.timeout and time.monotonic() - last > options.timeout:
+            now = time.monotonic()
+            if options.timeout and now - last > options.timeout:
                 raise GraphError(
                     f"no message on {topic} for {options.timeout:g} s",
-                    hint=f"it is published by {node.count_publishers(topic)} nodes",
+                    hint=_publishers(node, topic),
+                )
+            if not told and sink.count == 0 and now - start > _QUIET_S:
+                told = True
+                print(
+                    f"waiting for {topic}: no message yet; {_publishers(node, topic)}",
+                    file=sys.stderr,
                 )
     finally:
         executor.shutdown()
@@ -178,7 +225,7 @@ def _echo(options: argparse.Namespace, node: Node) -> None:
 
 def main(argv: list[str] | None = None) -> int:
     """Run the command; returns its exit code."""
-    options = _parser().parse_args(argv)
+    options = _options(argv)
     context = rclpy.Context()
     rclpy.init(context=context, args=[])
     install_signal_handlers()

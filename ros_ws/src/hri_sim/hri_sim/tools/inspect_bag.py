@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import os
 import sys
 from datetime import UTC, datetime
 
@@ -31,53 +32,78 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _number(value: float, unit: float = 1.0, digits: int = 1) -> str:
-    return "–" if not math.isfinite(value) else f"{value * unit:,.{digits}f}"
+_WIDTH = 100
+"""Columns of the tables, where the terminal is not narrower."""
 
 
-def _latency(value: Latency | None) -> str:
+def _number(value: float, digits: int = 1) -> str:
+    return "–" if not math.isfinite(value) else f"{value:,.{digits}f}"
+
+
+def _latency(value: Latency | None) -> list[str]:
     if value is None:
-        return "–"
-    return f"{value.p50 * 1e3:.2f} / {value.p99 * 1e3:.2f} / {value.worst * 1e3:.1f}"
+        return ["–", "–", "–"]
+    return [_number(part * 1e3) for part in (value.p50, value.p99, value.worst)]
+
+
+def _table(texts: tuple[str, ...], numbers: tuple[str, ...] = ()) -> Table:
+    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 1, 0, 0))
+    for name in texts:
+        table.add_column(escape(name), overflow="fold")
+    for name in numbers:
+        table.add_column(escape(name), justify="right", no_wrap=True)
+    return table
 
 
 def show(report: BagReport, console: Console) -> None:
     """Print a report for people."""
     start = datetime.fromtimestamp(report.start_ns * 1e-9, tz=UTC)
     state = "closed in order" if report.closed else "[bold red]NOT CLOSED[/]"
-    console.print(f"[bold]{escape(report.path)}[/]: {state}", highlight=False)
-    files = ", ".join(f"{name} ({size / 1e6:.2f} MB)" for name, size in report.files.items())
-    console.print(f"  files     {escape(files)}", highlight=False)
-    console.print(f"  start     {start:%Y-%m-%d %H:%M:%S.%f} UTC", highlight=False)
-    console.print(f"  duration  {report.duration_s:.3f} s", highlight=False)
-    console.print(f"  messages  {report.messages:,}", highlight=False)
-    for key, value in report.custom_data.items():
-        console.print(f"  {escape(key):9} {escape(value)}", highlight=False)
-    for name, size in report.attachments.items():
-        console.print(f"  attached  {escape(name)} ({size} bytes)", highlight=False)
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    table.add_column("topic", overflow="fold")
-    table.add_column("type", overflow="fold")
-    for name in ("count", "rate [Hz]", "longest gap [s]", "missing"):
-        table.add_column(name, justify="right")
-    table.add_column("QoS")
-    table.add_column("sending to receipt [ms]\np50 / p99 / worst", justify="right")
-    table.add_column("stamp to receipt [ms]\np50 / p99 / worst", justify="right")
+    console.print(f"[bold]{escape(report.path)}[/]: {state}", highlight=False, soft_wrap=True)
+    facts = {
+        "files": ", ".join(f"{name} ({size / 1e6:.2f} MB)" for name, size in report.files.items()),
+        "start": f"{start:%Y-%m-%d %H:%M:%S.%f} UTC",
+        "duration": f"{report.duration_s:.3f} s",
+        "messages": f"{report.messages:,}",
+        **report.custom_data,
+    }
+    attached = [f"{name} ({size} bytes)" for name, size in report.attachments.items()]
+    if attached:
+        facts["attached"] = ", ".join(attached)
+    head = Table.grid(padding=(0, 1))
+    head.add_column(no_wrap=True)
+    head.add_column(overflow="fold")
+    for key, value in facts.items():
+        head.add_row(f"  {escape(key)}", escape(value))
+    console.print(head, highlight=False)
+    figures = _table(
+        ("topic",),
+        ("count", "rate\n[Hz]", "longest\ngap [s]", "begins\nat [s]", "missing"),
+    )
+    latencies = _table(
+        ("received later than [ms]",),
+        ("sent\np50", "\np99", "\nworst", "stamp\np50", "\np99", "\nworst"),
+    )
+    kinds = _table(("topic", "type, QoS"))
     for topic in report.topics:
-        table.add_row(
-            escape(topic.topic),
-            topic.type,
+        name = escape(topic.topic)
+        figures.add_row(
+            name,
             f"{topic.count:,}",
             _number(topic.rate_hz),
-            f"{_number(topic.longest_gap_s, digits=3)} at {_number(topic.longest_gap_at_s)}"
-            if topic.count > 1
-            else "–",
+            _number(topic.longest_gap_s, 3),
+            _number(topic.longest_gap_at_s),
             "–" if topic.missing is None else str(topic.missing),
-            ", ".join(part for part in (topic.reliability, topic.durability) if part) or "–",
-            _latency(topic.transport),
-            _latency(topic.stamp),
         )
-    console.print(table)
+        if topic.transport is not None or topic.stamp is not None:
+            latencies.add_row(name, *_latency(topic.transport), *_latency(topic.stamp))
+        qos = ", ".join(part for part in (topic.reliability, topic.durability) if part)
+        # Below each other: the longest names fill a line of 80 columns.
+        kinds.add_row(name, escape(f"{topic.type}\n{qos}".strip()))
+    for table in (figures, latencies, kinds):
+        if table.row_count:
+            console.print()
+            console.print(table)
     for warning in report.warnings:
         console.print(f"[bold yellow]warning[/] {escape(warning)}", highlight=False)
 
@@ -96,14 +122,15 @@ def _salvaged(report: SalvageReport) -> str:
 def main(argv: list[str] | None = None) -> int:
     """Run the command; returns its exit code."""
     options = _parser().parse_args(argv)
-    # Piped output is as wide as it needs to be, for grep.
-    console = Console() if sys.stdout.isatty() else Console(width=240)
+    console = Console()
+    known = console.is_terminal or "COLUMNS" in os.environ
+    console.width = min(console.width, _WIDTH) if known else _WIDTH
     try:
         if options.salvage:
             salvaged = salvage(options.bag, options.salvage)
             report = inspect_bag(salvaged.folder)
             if not options.json:
-                console.print(escape(_salvaged(salvaged)), highlight=False)
+                console.print(escape(_salvaged(salvaged)), highlight=False, soft_wrap=True)
         else:
             report = inspect_bag(options.bag)
     except HriError as error:
