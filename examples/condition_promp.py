@@ -9,9 +9,11 @@ rest of it; the result is a new object, the original stays as it was.
 from __future__ import annotations
 
 import argparse
+import sys
 
 import numpy as np
 
+from hri_prediction.errors import HriError
 from hri_prediction.promp import Demonstration, LearningConfig, ProMP, learn
 
 PHASES = np.linspace(0.0, 1.0, 41)
@@ -85,8 +87,11 @@ def plot(stages: dict[str, ProMP], new: Demonstration, path: str) -> None:
     axis.set_xlabel("phase")
     axis.set_ylabel("lateral position [m]")
     axis.legend()
-    figure.savefig(path, dpi=110)
+    figure.savefig(path, dpi=110, format="png")
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except (HriError, OSError) as error:
+        sys.exit(f"condition_promp.py: {error}")

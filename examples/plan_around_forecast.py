@@ -9,12 +9,14 @@ arm that swings into the way and rests there. Prints how the plan changes.
 from __future__ import annotations
 
 import argparse
+import sys
 
 import numpy as np
 
 from hri_planner.ptomp import HumanForecast, PtompConfig, PtompPlanner, TableBox
 from hri_planner.robot import load_robot, solve_ik
 from hri_prediction.arm.geometry import ArmRadii, arm_capsules
+from hri_prediction.errors import HriError
 from hri_prediction.geometry import capsule_distances
 
 INTERVAL_S = 0.036
@@ -99,9 +101,12 @@ def main() -> None:
         axis.set_ylabel("y [m]")
         axis.set_aspect("equal")
         axis.legend()
-        figure.savefig(options.plot, dpi=110)
+        figure.savefig(options.plot, dpi=110, format="png")
         print(f"drawn: {options.plot}")
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except (HriError, OSError) as error:
+        sys.exit(f"plan_around_forecast.py: {error}")

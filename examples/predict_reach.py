@@ -10,9 +10,11 @@ capture would deliver it. Prints how far the predicted end of the wrist is from 
 from __future__ import annotations
 
 import argparse
+import sys
 
 import numpy as np
 
+from hri_prediction.errors import DataError, HriError
 from hri_prediction.prediction import ReachPredictor, ReachState, train_library
 from hri_prediction.tracks.files import load_tracks
 from hri_prediction.tracks.segmentation import find_reaches
@@ -44,12 +46,20 @@ def main() -> None:
     options = parser.parse_args()
 
     tracks = load_tracks(options.file) if options.file else simulated_tracks()
+    if not 0 <= options.trial < len(tracks) or len(tracks) < 2:
+        raise DataError(
+            f"trial {options.trial} of {len(tracks)} tracks",
+            expected=f"0 to {len(tracks) - 1}, and a second track to learn from",
+        )
     track = tracks.pop(options.trial)
     library = train_library(tracks)
     print(f"library: {', '.join(task.name for task in library.tasks)} ({len(tracks)} tracks)")
 
     # The truth to compare with: where the reach ends.
-    reach = find_reaches(track.time_s, track.keypoints[:, WRIST])[0]
+    reaches = find_reaches(track.time_s, track.keypoints[:, WRIST])
+    if not reaches:
+        raise DataError(f"trial {options.trial} holds no reach")
+    reach = reaches[0]
     end = track.keypoints[np.searchsorted(track.time_s, reach.end_s) - 1, WRIST]
     print(f"true reach: {reach.duration_s:.2f} s, task {track.task!r}")
 
@@ -99,8 +109,11 @@ def plot(track: ArmTrack, curves: list, path: str) -> None:
         axes[axis].set_ylabel(f"wrist {name} [m]")
         axes[axis].set_xlim(track.time_s[0], track.time_s[-1])
     axes[2].set_xlabel("time [s]")
-    figure.savefig(path, dpi=110)
+    figure.savefig(path, dpi=110, format="png")
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except (HriError, OSError) as error:
+        sys.exit(f"predict_reach.py: {error}")

@@ -10,6 +10,7 @@ written first, so that the example runs on its own.
 from __future__ import annotations
 
 import argparse
+import sys
 import tempfile
 from pathlib import Path
 
@@ -17,6 +18,7 @@ import numpy as np
 
 from hri_prediction.bags import BagReader, BagWriter, TopicInfo
 from hri_prediction.bags.arms import arm_tracks
+from hri_prediction.errors import HriError
 from hri_sim.people.training import training_reaches
 from hri_sim.scenario.schema import PersonSpec
 
@@ -80,4 +82,7 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except (HriError, OSError) as error:
+        sys.exit(f"read_bag.py: {error}")

@@ -9,11 +9,13 @@ planner. The robot makes its nominal motion; contacts are off, so that overlap c
 from __future__ import annotations
 
 import argparse
+import sys
 import time
 
 import numpy as np
 
 from hri_planner.robot import load_robot
+from hri_prediction.errors import HriError
 from hri_sim.people.person import SimulatedPerson
 from hri_sim.scenario.nominal import nominal_motion
 from hri_sim.scenario.shipped import load_shipped, shipped_names
@@ -81,9 +83,12 @@ def main() -> None:
         axis.axhline(0.0, color="k", lw=0.8)
         axis.set_xlabel("time [s]")
         axis.set_ylabel("clearance [cm]")
-        figure.savefig(options.plot, dpi=110)
+        figure.savefig(options.plot, dpi=110, format="png")
         print(f"drawn: {options.plot}")
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except (HriError, OSError) as error:
+        sys.exit(f"simulate_clearance.py: {error}")

@@ -10,6 +10,7 @@ messages, so no sleep, no timeout and no luck is involved, and equal seeds give 
 
 from __future__ import annotations
 
+import argparse
 from collections import deque
 from typing import Any
 
@@ -77,6 +78,7 @@ def test_same_seed_same_bytes() -> None:
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__.splitlines()[0]).parse_args()
     for number in (1, 2):
         found, _ = run(number)
         print(

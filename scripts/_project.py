@@ -45,7 +45,10 @@ def main(module, function="main", setup=()):
         setup: Further arguments of scripts/setup.
     """
     if Path(sys.prefix).resolve() != VENV.resolve() or not os.environ.get("HRI_PROJECT_ROOT"):
-        code = subprocess.call([str(ROOT / "scripts" / "setup")] + list(setup))
+        try:
+            code = subprocess.call([str(ROOT / "scripts" / "setup")] + list(setup))
+        except KeyboardInterrupt:  # setup has said so
+            code = 130
         if code:
             sys.exit(code)
         python = str(VENV / "bin" / "python")

@@ -9,6 +9,7 @@ Start the nodes first (see the README, "Each node by hand"), then::
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 
 import rclpy
@@ -19,6 +20,14 @@ from hri_prediction.ros.conversions import WORLD
 from hri_prediction.ros.messages import Cue, ReachTarget
 from hri_prediction.ros.qos import reliable
 
+OUTCOMES = {
+    getattr(ReachTarget.Result, name): name
+    for name in (
+        "REACHED", "CANCELLED", "UNREACHABLE", "BLOCKED", "LOST_INPUT", "REJECTED", "PREEMPTED",
+        "FAILED",
+    )
+}  # fmt: skip
+
 
 def main() -> int:
     """Send, wait, print the result; exit code 0 when the goal was reached."""
@@ -27,6 +36,12 @@ def main() -> int:
     parser.add_argument("--duration", type=float, default=1.5, help="wanted duration [s]")
     parser.add_argument("--person", default="", help="target of the simulated person's hand")
     options = parser.parse_args()
+    try:
+        position = [float(word) for word in options.goal] if len(options.goal) > 1 else []
+    except ValueError:
+        position = [float("nan")]
+    if len(position) not in (0, 3) or not all(map(math.isfinite, position)):
+        parser.error(f"goal {' '.join(options.goal)!r}: expected one name, or X Y Z in metres")
 
     rclpy.init()
     node = Node("send_goal")
@@ -37,9 +52,9 @@ def main() -> int:
         return 1
 
     goal = ReachTarget.Goal(duration=options.duration)
-    if len(options.goal) == 3:
-        position = goal.pose.pose.position
-        position.x, position.y, position.z = map(float, options.goal)
+    if position:
+        point = goal.pose.pose.position
+        point.x, point.y, point.z = position
         goal.pose.header.frame_id = "world"
     else:
         goal.target = options.goal[0]
@@ -58,10 +73,14 @@ def main() -> int:
 
     sent = client.send_goal_async(goal, feedback_callback=on_feedback)
     rclpy.spin_until_future_complete(node, sent)
-    answer = sent.result().get_result_async()
-    rclpy.spin_until_future_complete(node, answer)
+    if sent.done():
+        answer = sent.result().get_result_async()
+        rclpy.spin_until_future_complete(node, answer)
+    if not sent.done() or not answer.done():
+        print("interrupted; the robot goes on to the goal", file=sys.stderr)
+        return 130
     result = answer.result().result
-    print(f"outcome {result.outcome}: {result.reason} ({result.replans} replans)")
+    print(f"{OUTCOMES[result.outcome]}: {result.reason} ({result.replans} replans)")
     rclpy.try_shutdown()
     return 0 if result.outcome == ReachTarget.Result.REACHED else 1
 

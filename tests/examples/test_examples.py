@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-EXAMPLES = sorted((Path(__file__).resolve().parents[2] / "examples").glob("*.py"))
+ROOT = Path(__file__).resolve().parents[2]
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 
 
 def test_there_are_examples() -> None:
@@ -38,3 +39,48 @@ def test_plots_when_asked(path: Path, tmp_path: Path) -> None:
     )
     assert done.returncode == 0, done.stderr
     assert picture.read_bytes()[:4] == b"\x89PNG"
+
+
+@pytest.mark.parametrize(
+    "path", [*EXAMPLES, ROOT / "examples" / "live" / "send_goal.py"], ids=lambda path: path.stem
+)
+def test_has_help(path: Path) -> None:
+    done = run(path, "--help")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("usage:")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("read_bag.py /no/such/bag", "/no/such/bag"),
+        ("predict_reach.py --file /no/such/file.npz", "/no/such/file.npz"),
+        ("predict_reach.py --trial 99", "trial 99"),
+        ("condition_promp.py --plot /no/such/folder/plot.png", "/no/such/folder"),
+        ("live/send_goal.py 0.4 0.1", "X Y Z"),
+        ("live/send_goal.py a b c", "X Y Z"),
+    ],
+)
+def test_a_wrong_argument_gives_one_clear_line(words: str, said: str) -> None:
+    name, *arguments = words.split()
+    done = run(ROOT / "examples" / name, *arguments)
+    assert done.returncode in (1, 2)
+    assert said in done.stderr.splitlines()[-1]
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "said"),
+    [([], 2, "usage: _run_in_env"), (["no_such_command"], 1, "no_such_command")],
+)
+def test_run_in_env_says_what_it_wants(arguments: list[str], code: int, said: str) -> None:
+    done = run(ROOT / "scripts" / "_run_in_env", *arguments)
+    assert done.returncode == code
+    assert said in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+def run(path: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run a Python file with arguments."""
+    command = [sys.executable, str(path), *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120)
