@@ -31,6 +31,7 @@ def environment():
     for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         env.setdefault(name, "1")
     # Not the shared-memory transport: a process that is killed may leave it locked for all others.
+    # Of effect for other ranges only: for LOCALHOST, rmw_fastrtps sets up both transports itself.
     env.setdefault("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")
     env["HRI_PROJECT_ROOT"] = str(ROOT)
     return env
