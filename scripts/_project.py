@@ -3,7 +3,9 @@
 Standard library only, and old syntax on purpose: this runs in whatever ``python3`` is at hand.
 """
 
+import fcntl
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -37,21 +39,49 @@ def environment():
     return env
 
 
-def main(module, function="main", setup=()):
+def _end_as_asked(number, frame):
+    """SIGTERM ends as Ctrl-C does: by an exception, so that everything is cleaned up on the way."""
+    signal.signal(number, signal.SIG_IGN)  # once is enough: the cleaning is not to be broken off
+    sys.exit(128 + number)
+
+
+def _set_up(arguments):
+    """Run scripts/setup, which does not outlive this process; its exit code."""
+    process = subprocess.Popen([str(ROOT / "scripts" / "setup")] + list(arguments))
+    try:
+        return process.wait()
+    except SystemExit:
+        process.terminate()
+        process.wait()
+        raise
+
+
+def _keep_installed():
+    """Hold the installed packages for as long as this process and what it is replaced by run.
+
+    Set-up takes the same lock for itself alone before it replaces anything.
+    """
+    lock = os.open(str(ROOT / ".run.lock"), os.O_RDWR | os.O_CREAT, 0o666)
+    fcntl.flock(lock, fcntl.LOCK_SH)
+    os.set_inheritable(lock, True)
+
+
+def main(module, function="main", setup=(), graph=False):
     """Run ``module.function()`` in the project's environment and exit with its code.
 
     Args:
         module: Dotted name of a module.
         function: Function of it that returns an exit code.
         setup: Further arguments of scripts/setup.
+        graph: Whether it runs nodes, under which set-up must not replace the packages.
     """
+    signal.signal(signal.SIGTERM, _end_as_asked)
     if Path(sys.prefix).resolve() != VENV.resolve() or not os.environ.get("HRI_PROJECT_ROOT"):
-        try:
-            code = subprocess.call([str(ROOT / "scripts" / "setup")] + list(setup))
-        except KeyboardInterrupt:  # setup has said so
-            code = 130
+        code = _set_up(setup)
         if code:
             sys.exit(code)
+        if graph:
+            _keep_installed()
         python = str(VENV / "bin" / "python")
         os.execve(python, [python] + sys.argv, environment())
     import importlib

@@ -13,11 +13,13 @@ import hashlib
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import sysconfig
 import time
 from pathlib import Path
+from typing import IO
 
 ROOT = Path(__file__).resolve().parent.parent
 VENV = ROOT / ".venv"
@@ -35,6 +37,48 @@ class SetupError(Exception):
 def say(text: str) -> None:
     """One line of progress on stderr: stdout belongs to the caller."""
     print(f"setup: {text}", file=sys.stderr, flush=True)
+
+
+class PackagesLock:
+    """What lets set-up wait until no graph of this checkout uses what it is about to replace.
+
+    The scripts that run nodes share the lock (see _project.py); set-up takes it for itself alone, and
+    only when it has something to replace.
+    """
+
+    def __init__(self) -> None:
+        self._file: IO[str] | None = None
+
+    def take(self) -> None:
+        """Wait for running graphs, saying so; a second call does nothing."""
+        if self._file is not None:
+            return
+        self._file = (ROOT / ".run.lock").open("a")
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            holders = ", ".join(self._holders()) or "unknown"
+            say(
+                f"a graph of this checkout is running (process {holders}), and its packages are to be "
+                "replaced: waiting for it to end; stop it, or press Ctrl-C to leave all as it is"
+            )
+            fcntl.flock(self._file, fcntl.LOCK_EX)
+
+    def _holders(self) -> list[str]:
+        """Process ids of those that have the lock, as far as the kernel tells."""
+        inode = (ROOT / ".run.lock").stat().st_ino
+        try:
+            rows = [line.split() for line in Path("/proc/locks").read_text().splitlines()]
+        except OSError:
+            return []
+        return sorted(
+            {r[4] for r in rows if r[1] == "FLOCK" and r[5].rsplit(":", 1)[-1] == str(inode)}
+        )
+
+    def close(self) -> None:
+        """Let graphs start again."""
+        if self._file is not None:
+            self._file.close()
 
 
 def hash_files(paths: list[Path]) -> str:
@@ -145,7 +189,7 @@ def check_compiler() -> None:
         raise SetupError(f"{header} not found; run: sudo apt-get install python{version}-dev")
 
 
-def make_venv(system_ros: bool) -> None:
+def make_venv(system_ros: bool, packages: PackagesLock) -> None:
     """Create .venv, or make it anew when it is broken or of another kind."""
     kind = f"{sys.version_info.major}.{sys.version_info.minor} system_ros={system_ros}"
     python = VENV / "bin" / "python"
@@ -154,6 +198,7 @@ def make_venv(system_ros: bool) -> None:
     )
     if works and read_stamps().get("venv") == kind:
         return
+    packages.take()
     if VENV.exists():
         say("the environment in .venv is incomplete or of another kind: making it anew")
         shutil.rmtree(VENV)
@@ -175,7 +220,9 @@ def make_venv(system_ros: bool) -> None:
     write_stamp("venv", kind)
 
 
-def install_requirements(system_ros: bool, dev: bool, env: dict[str, str]) -> None:
+def install_requirements(
+    system_ros: bool, dev: bool, env: dict[str, str], packages: PackagesLock
+) -> None:
     """Install the locked requirements."""
     runtime = REQUIREMENTS / ("runtime_system_ros.txt" if system_ros else "runtime.txt")
     steps = [("runtime", runtime)]
@@ -198,6 +245,7 @@ def install_requirements(system_ros: bool, dev: bool, env: dict[str, str]) -> No
         stamp = hash_files([path])
         if read_stamps().get(name) == stamp:
             continue
+        packages.take()
         say(f"installing {name} requirements (a few minutes the first time)")
         # pip ends with "No matching distribution" also when it had no connection: look for that first.
         ordered = dict(sorted(hints.items(), key=lambda item: "index does not offer" in item[1]))
@@ -230,7 +278,24 @@ def remove_installed(packages: list[str]) -> None:
                 shutil.rmtree(path)
 
 
-def build_workspace(env: dict[str, str]) -> None:
+def quote_interpreters() -> None:
+    """Let the nodes start where the path of the checkout holds a space.
+
+    setuptools quotes the interpreter in their first line, which the kernel does not understand; pip
+    goes through a shell instead, and so does this.
+    """
+    python = VENV / "bin" / "python"
+    if " " not in str(python):
+        return
+    for package in PYTHON_PACKAGES:
+        for path in (VENV / "lib" / package).glob("*"):
+            first, _, rest = path.read_text().partition("\n")
+            if path.is_file() and first.startswith('#!"'):
+                head = f"#!/bin/sh\n'''exec' \"{python}\" \"$0\" \"$@\"\n' '''\n"
+                path.write_text(head + rest)
+
+
+def build_workspace(env: dict[str, str], packages: PackagesLock) -> None:
     """Build with colcon what has changed, into .venv."""
     stamps = read_stamps()
     requirements = stamps["runtime"]
@@ -245,6 +310,7 @@ def build_workspace(env: dict[str, str]) -> None:
         return
     if "hri_msgs" in changed:
         check_compiler()
+    packages.take()
     say(f"building {', '.join(changed)}")
     remove_installed(changed)
     ros_ws = ROOT / "ros_ws"
@@ -264,6 +330,7 @@ def build_workspace(env: dict[str, str]) -> None:
     if (VENV / "bin" / "ninja").exists():
         command += ["-GNinja"]
     run(command, "colcon build", {"No space left": "the disk is full"}, env)
+    quote_interpreters()
     for package, stamp in wanted.items():
         write_stamp(package, stamp)
 
@@ -287,15 +354,20 @@ def main() -> int:
     arguments = parser.parse_args()
     start = time.monotonic()
     system_ros = uses_system_ros()
+    packages = PackagesLock()
     try:
         lock_path = ROOT / ".setup.lock"
         with lock_path.open("w") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX)
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                say("another set-up of this checkout is under way: waiting for it to end")
+                fcntl.flock(lock, fcntl.LOCK_EX)
             before = read_stamps()
-            make_venv(system_ros)
+            make_venv(system_ros, packages)
             env = environment(system_ros)
-            install_requirements(system_ros, arguments.dev, env)
-            build_workspace(env)
+            install_requirements(system_ros, arguments.dev, env, packages)
+            build_workspace(env, packages)
             warm_kernels(env)
         if read_stamps() != before:
             say(f"ready after {time.monotonic() - start:.0f} s")
@@ -308,8 +380,11 @@ def main() -> int:
     except KeyboardInterrupt:
         print("setup: interrupted; run it again to go on", file=sys.stderr)
         return 130
+    finally:
+        packages.close()
     return 0
 
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))
     sys.exit(main())

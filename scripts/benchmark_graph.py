@@ -3,4 +3,4 @@
 
 import _project
 
-_project.main("hri_sim.launch.benchmark")
+_project.main("hri_sim.launch.benchmark", graph=True)

@@ -3,4 +3,4 @@
 
 import _project
 
-_project.main("hri_sim.launch.ptomp")
+_project.main("hri_sim.launch.ptomp", graph=True)

@@ -3,4 +3,4 @@
 
 import _project
 
-_project.main("hri_sim.tools.replay_mocap")
+_project.main("hri_sim.tools.replay_mocap", graph=True)

@@ -3,4 +3,4 @@
 
 import _project
 
-_project.main("hri_sim.launch.reproduce", "main_demo")
+_project.main("hri_sim.launch.reproduce", "main_demo", graph=True)

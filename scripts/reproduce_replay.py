@@ -3,4 +3,4 @@
 
 import _project
 
-_project.main("hri_sim.launch.reproduce", "main_replay")
+_project.main("hri_sim.launch.reproduce", "main_replay", graph=True)

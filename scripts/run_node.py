@@ -3,4 +3,4 @@
 
 import _project
 
-_project.main("hri_sim.launch.run_node")
+_project.main("hri_sim.launch.run_node", graph=True)

@@ -5,10 +5,14 @@ Nothing is installed here: the programs that it starts are replaced.
 
 from __future__ import annotations
 
+import fcntl
 import importlib.util
 import os
 import subprocess
 import sys
+import threading
+import time
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 
@@ -190,6 +194,95 @@ def test_second_run_does_nothing(setup: ModuleType, programs: Programs, capsys) 
     assert setup.main() == 0
     assert programs.take() == ["pip --version"]
     assert capsys.readouterr().err == ""
+
+
+def _wait_for(text: str, seen: Callable[[], str], timeout_s: float = 5.0) -> None:
+    end = time.monotonic() + timeout_s
+    while text not in seen():
+        assert time.monotonic() < end, seen()
+        time.sleep(0.01)
+
+
+def test_waits_for_a_running_graph_before_it_replaces_packages(
+    setup: ModuleType, programs: Programs, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    setup.main()
+    programs.take()
+    said: list[str] = []
+    monkeypatch.setattr(setup, "say", said.append)
+    with (setup.ROOT / ".run.lock").open("a") as graph:
+        fcntl.flock(graph, fcntl.LOCK_SH)
+        assert setup.main() == 0  # nothing to replace: no need to wait
+        assert said == []
+        (setup.SOURCES / "hri_planner" / "new.py").write_text("x = 1\n")
+        programs.take()
+        codes: list[int] = []
+        thread = threading.Thread(target=lambda: codes.append(setup.main()))
+        thread.start()
+        _wait_for(f"a graph of this checkout is running (process {os.getpid()})", lambda: str(said))
+        assert "build" not in programs.take()
+    thread.join(5.0)
+    assert codes == [0]
+    assert "build" in programs.take()
+
+
+def test_says_that_another_set_up_is_under_way(
+    setup: ModuleType, programs: Programs, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said: list[str] = []
+    monkeypatch.setattr(setup, "say", said.append)
+    with (setup.ROOT / ".setup.lock").open("w") as other:
+        fcntl.flock(other, fcntl.LOCK_EX)
+        thread = threading.Thread(target=setup.main)
+        thread.start()
+        _wait_for("another set-up of this checkout is under way", lambda: str(said))
+        assert programs.take() == []
+    thread.join(5.0)
+    assert "build" in programs.take()
+
+
+def test_a_node_holds_the_packages_until_it_ends(tmp_path: Path) -> None:
+    """The lock outlives the replacement of the process by another program."""
+    code = (
+        "import os, pathlib, _project\n"
+        f"_project.ROOT = pathlib.Path({str(tmp_path)!r})\n"
+        "_project._keep_installed()\n"
+        "print('held', flush=True)\n"
+        "os.execv('/bin/cat', ['cat'])\n"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", code],
+        cwd=ROOT / "scripts",
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        assert process.stdout.readline() == "held\n"
+        process.stdin.write("replaced\n")
+        process.stdin.flush()
+        assert process.stdout.readline() == "replaced\n"
+        with (tmp_path / ".run.lock").open("a") as mine:
+            with pytest.raises(BlockingIOError):
+                fcntl.flock(mine, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            process.stdin.close()
+            process.wait(5.0)
+            fcntl.flock(mine, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+def test_nodes_start_where_the_path_holds_a_space(setup: ModuleType, tmp_path: Path) -> None:
+    setup.VENV = tmp_path / "with space" / ".venv"
+    python = setup.VENV / "bin" / "python"
+    python.parent.mkdir(parents=True)
+    python.symlink_to(sys.executable)
+    node = setup.VENV / "lib" / "hri_sim" / "node"
+    node.parent.mkdir(parents=True)
+    node.write_text(f'#!"{python}"\nimport sys\nprint(sys.argv[1:])\n')
+    node.chmod(0o755)
+    setup.quote_interpreters()
+    done = subprocess.run([str(node), "a b", "c"], capture_output=True, text=True, timeout=30)
+    assert done.stdout == "['a b', 'c']\n", done.stderr
 
 
 def test_dev_requirements_come_on_top(
