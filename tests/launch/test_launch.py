@@ -136,14 +136,17 @@ def test_a_run_from_start_to_end(launch: Launch) -> None:
     print(f"{sum(by_mcap.values())} messages, latency {summary['latency_ms']}")
 
 
-def test_ctrl_c_stops_the_robot_then_all_nodes(launch: Launch) -> None:
+@pytest.mark.parametrize(("number", "wanted"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_stops_the_robot_then_all_nodes(
+    launch: Launch, number: signal.Signals, wanted: int
+) -> None:
     run = launch("--reaches", "2", "--seed", "101")
     nodes = nodes_of_moving_robot(run)
     begin, clock = time.monotonic(), time.time()
-    run.process.send_signal(signal.SIGINT)
+    run.process.send_signal(number)
     code = run.end(8.0)
     took = time.monotonic() - begin
-    assert code == 130, run.text
+    assert code == wanted, run.text
     assert not still_running(nodes, 0.5)
     assert "Traceback" not in run.text
     assert "had to be killed" not in run.text
@@ -155,7 +158,7 @@ def test_ctrl_c_stops_the_robot_then_all_nodes(launch: Launch) -> None:
     stopped = assert_at_rest_within(run.out / "bag", clock, 400.0)
     for log in (run.out / "log").glob("*.log"):
         assert "Traceback" not in log.read_text(), log.read_text()
-    print(f"all ended {took:.1f} s after Ctrl-C, the robot at rest after {stopped:.0f} ms")
+    print(f"all ended {took:.1f} s after {number.name}, the robot at rest after {stopped:.0f} ms")
 
 
 @pytest.mark.parametrize("name", ["predictor", "person", "ptomp"])
@@ -204,6 +207,24 @@ def test_a_killed_recorder_does_not_end_the_run(launch: Launch, tmp_path: Path) 
     print(f"salvaged up to {lost:.2f} s before the kill")
 
 
+def test_a_recorder_killed_before_it_recorded_does_not_end_the_run(launch: Launch) -> None:
+    run = launch("--reaches", "1", "--seed", "100")
+    run.wait_for("waiting for")
+    while "recorder" not in (nodes := run.nodes()):
+        assert run.process.poll() is None, run.text
+    nodes["recorder"].send_signal(signal.SIGKILL)
+    run.wait_for("node recorder was ended by SIGKILL; the run goes on", 1.0)
+    assert run.end() == 0, run.text
+    assert "Traceback" not in run.text
+    assert "no figures of the recording" in run.text
+    summary = json.loads((run.out / "summary.json").read_text())
+    assert summary["outcome"] == "reached"
+    assert summary["touched"] is None
+    assert summary["reaches"][0]["goal_error_m"] is None
+    assert summary["reaches"][0]["replans"] > 0
+    assert not still_running(nodes, 0.5)
+
+
 def test_a_killed_launcher_leaves_no_orphans(launch: Launch) -> None:
     run = launch("--reaches", "1", "--seed", "100")
     nodes = nodes_of_moving_robot(run)
@@ -233,6 +254,7 @@ def test_a_folder_that_cannot_be_used(
     assert str(folder) in run.text
     assert "error:" in run.text
     assert run.text.count("\n") == 1
+    assert "--out" in run.text
     if folder.is_dir():
         assert [path.name for path in folder.iterdir()] == ["notes.txt"]
 
@@ -271,18 +293,48 @@ def test_wrong_arguments_are_one_clear_line(options: list[str], words: str, tmp_
     assert done.exit_code == 1
     text = str(done.exception) if isinstance(done.exception, HriError) else done.output.strip()
     assert words in text
+    assert options[0] in text
     assert "\n" not in text
+    assert list(tmp_path.iterdir()) == []  # the next try finds the folder as it was
 
 
-def test_parameters_that_do_not_fit_are_named_with_the_node(launch: Launch, tmp_path: Path) -> None:
+def test_the_bag_has_a_folder_of_its_own(tmp_path: Path) -> None:
+    for out, bag in (("run", "run"), ("run/inner", "run")):
+        options = ["--out", str(tmp_path / out), "--record", str(tmp_path / bag)]
+        done = CliRunner().invoke(app, options)
+        assert done.exit_code == 1
+        assert "--record" in done.output
+        assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("predictor: {period: 7.0}", ["predictor: period = 7.0", "at most 0.04 s"]),
+        ("ptomp: {planner.margin: -1.0}", ["ptomp: planner.margin = -1.0", "at least"]),
+        ("ptomp: {replan_interval: fast}", ["ptomp: replan_interval = 'fast'", "float"]),
+        ("ptomp: {planner.margn: 0.1}", ["'planner.margn'", "planner.margin"]),
+        ("simulator: {ramp_down: -2}", ["simulator: ramp_down = -2"]),
+        ("recorder: {depth: 1}", ["recorder: depth = 1", "at least 1000"]),
+        ("predictr: {period: 0.02}", ["'predictr'", "predictor"]),
+        ("simulator: {scenario: x.yaml}", ["give --scenario"]),
+        ("predictor: {library: x.npz}", ["give --library"]),
+        ("ptomp: {use_sim_time: true}", ["use_sim_time = True", "wall clock"]),
+        ("simulator: {realtime_factor: 0.5}", ["realtime_factor = 0.5", "wall clock"]),
+        ("simulator: {publish_clock: true}", ["publish_clock = True", "wall clock"]),
+        ("[1, 2]", ["node: {parameter: value}"]),
+        ("ptomp: 3", ["node: {parameter: value}"]),
+    ],
+)
+def test_parameters_that_do_not_fit_are_refused_before_the_launch(
+    text: str, words: list[str], tmp_path: Path
+) -> None:
     path = tmp_path / "parameters.yaml"
-    path.write_text("predictor: {period: 7.0}\n")
-    run = launch("--parameters", str(path), "--reaches", "1")
-    assert run.end(40.0) == 1, run.text
-    assert "node predictor ended with exit code 1" in run.text
-    assert "period" in run.text
-    assert "Traceback" not in run.text
-    path.write_text("predictr: {period: 0.02}\n")
-    again = launch("--parameters", str(path), out=tmp_path / "again")
-    assert again.end(20.0) == 1
-    assert "'predictr'" in again.text
+    path.write_text(text)
+    options = ["--parameters", str(path), "--reaches", "1", "--out", str(tmp_path / "run")]
+    done = CliRunner().invoke(app, options)
+    assert done.exit_code == 1
+    for word in [f"--parameters {path}", *words]:
+        assert word in done.output, done.output
+    assert done.output.count("\n") == 1, done.output
+    assert list(tmp_path.iterdir()) == [path]

@@ -14,9 +14,10 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from hri_prediction.errors import HriError
-from hri_sim.launch.run import RunOptions, RunResult, explain, prepare_folder, run_graph
-from hri_sim.launch.summary import percentiles
+from hri_prediction.errors import GraphError, HriError
+from hri_sim.launch.folder import NewFolder
+from hri_sim.launch.run import RunOptions, RunResult, explain, run_graph
+from hri_sim.launch.summary import late_replans, percentiles
 from hri_sim.recording.benchmark import benchmark_recorder
 from hri_sim.scenario.shipped import load_shipped
 from hri_sim.simulator.benchmark import measure_speed
@@ -40,6 +41,9 @@ def measure(
         reaches: Reaches of a run.
         seconds: Duration of each measurement of recorder and simulator [s].
 
+    Raises:
+        GraphError: when a recorder died: a benchmark of the others would flatter.
+
     Returns:
         Content of ``results.json``, and the pooled latencies [ms] by name.
     """
@@ -56,23 +60,25 @@ def measure(
             recorder = max(recorder, result.sent_rate_hz)
     console.print("simulator", highlight=False)
     speed = measure_speed(load_shipped("table_reach"), seconds)
+    recorded = [run.series for run in runs if run.series is not None]
+    if len(recorded) < len(runs):
+        raise GraphError(f"{len(runs) - len(recorded)} of {len(runs)} runs were not recorded")
     latencies = {
-        "mocap_to_prediction": np.concatenate([r.series.mocap_to_prediction_ms for r in runs]),
-        "mocap_to_trajectory": np.concatenate([r.series.mocap_to_trajectory_ms for r in runs]),
+        "mocap_to_prediction": np.concatenate([s.mocap_to_prediction_ms for s in recorded]),
+        "mocap_to_trajectory": np.concatenate([s.mocap_to_trajectory_ms for s in recorded]),
     }
-    topics = sorted({topic for run in runs for topic in run.series.rates_hz})
+    topics = sorted({topic for series in recorded for topic in series.rates_hz})
     reaches_done = [reach for run in runs for reach in run.summary["reaches"]]
-    misses = sum(reach["deadline_misses"] for reach in reaches_done)
-    replans = sum(reach["replans"] for reach in reaches_done)
+    misses, planned = late_replans(reaches_done)
     results = {
         "latency_ms": {name: percentiles(values) for name, values in latencies.items()},
         "rates_hz": {
-            topic: float(np.median([run.series.rates_hz.get(topic, 0.0) for run in runs]))
+            topic: float(np.median([series.rates_hz.get(topic, 0.0) for series in recorded]))
             for topic in topics
         },
-        "lost_messages": sum(run.series.lost_messages for run in runs),
+        "lost_messages": sum(series.lost_messages for series in recorded),
         "cpu_share": float(np.median([run.cpu_cores / CORES for run in runs])),
-        "replan_miss_share": misses / max(misses + replans, 1),
+        "replan_miss_share": misses / max(planned, 1),
         "recorder_msgs_per_s": recorder,
         "sim_realtime_factor": speed.realtime_factor,
         "seeds": seeds,
@@ -154,7 +160,7 @@ def benchmark(
     """
     console = Console()
     try:
-        prepare_folder(out)
+        NewFolder(out, "--out")
         with tempfile.TemporaryDirectory(dir=out) as scratch:
             results, latencies = measure(
                 list(range(first_seed, first_seed + (1 if smoke else seeds))),

@@ -175,14 +175,16 @@ class Conductor:
         """Let messages in until ``done()``.
 
         Raises:
-            NodeDeath: when an essential node ends, or any before the run has begun.
+            NodeDeath: when an essential node ends, or any says of itself, before the run has begun,
+                that it cannot start.
             GraphError: when it does not happen in time.
         """
         end = time.monotonic() + timeout_s
         while not done():
             self._executor.spin_once(timeout_sec=0.02)
             for death in self._supervisor.deaths():
-                if not self._begun or self._supervisor.is_essential(death.label):
+                refused = not self._begun and death.code > 0
+                if refused or self._supervisor.is_essential(death.label):
                     raise NodeDeath(death)
                 self._tell(f"{death}; the run goes on")
             if time.monotonic() > end:
@@ -222,10 +224,10 @@ class Conductor:
             NodeDeath: when one ended instead.
             GraphError: when some are still missing; they are named.
         """
-        labels = set(self._supervisor.labels)
         patience = time.monotonic() + PATIENCE_S
 
         def absent() -> set[str]:
+            labels = set(self._supervisor.pids)  # one that the run can do without may have died
             if time.monotonic() > patience:
                 return labels - self._health.keys()
             well = {name for name, s in self._health.items() if s.level == DiagnosticStatus.OK}
@@ -325,9 +327,8 @@ class Conductor:
             words.append(f"{self._status.distance_to_goal * 100:5.1f} cm to go")
             words.append(f"replans {self._status.replan}")
         if self._state is not None and self._state.clearance < 1e8:
-            words.append(
-                f"clear {self._state.clearance * 100:5.1f} cm (least {self._smallest * 100:.1f})"
-            )
+            least = f" (least {self._smallest * 100:.1f})" if self._smallest < 1e8 else ""
+            words.append(f"clear {self._state.clearance * 100:5.1f} cm{least}")
         if self._status is not None and self._status.reason:
             words.append(self._status.reason)
         self._say(" · ".join(words))

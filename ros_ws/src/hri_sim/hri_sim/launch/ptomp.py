@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
-import yaml
 from rich.console import Console
 
-from hri_prediction.errors import ConfigError, HriError
-from hri_sim.launch.run import RunOptions, explain, run_graph
-from hri_sim.launch.summary import print_table, succeeded
+from hri_prediction.errors import ConfigError
+from hri_sim.launch.command import conduct
+from hri_sim.launch.run import RunOptions
 
 PLANNERS = ("ptomp",)
 HUMANS = ("simulated", "replay")
@@ -28,25 +27,12 @@ def default_folder(kind: str) -> Path:
 def one_of(name: str, value: str, allowed: tuple[str, ...]) -> str:
     """The value, or a clear error that lists the allowed ones."""
     if value not in allowed:
-        raise ConfigError(f"--{name} {value}", expected="one of " + ", ".join(allowed))
+        raise ConfigError(
+            f"--{name} {value}",
+            expected="one of " + ", ".join(allowed),
+            hint=f"give --{name} {allowed[0]}, or leave it out",
+        )
     return value
-
-
-def read_parameters(path: Path | None) -> dict[str, dict[str, Any]]:
-    """Parameters by node name from a YAML file ``{node: {parameter: value}}``.
-
-    Raises:
-        ConfigError: when it is not of that form.
-    """
-    if path is None:
-        return {}
-    try:
-        values = yaml.safe_load(path.read_text())
-    except (OSError, yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ConfigError(f"cannot read {path}: {' '.join(str(error).split())}") from error
-    if not isinstance(values, dict) or not all(isinstance(v, dict) for v in values.values()):
-        raise ConfigError(f"{path} is not of the form 'node: {{parameter: value}}'")
-    return values
 
 
 @app.command()
@@ -88,16 +74,15 @@ def launch(
     ] = None,
     seed: Annotated[int, typer.Option(help="Seed of everything random.", min=0)] = 0,
     picture: Annotated[bool, typer.Option(help="Draw picture.png at the end.")] = True,
+    video: Annotated[bool, typer.Option(help="Render video.mp4 after the run.")] = False,
 ) -> None:
     """Launch the graph: simulator, person, predictor, ptomp, recorder, each its own process.
 
-    Conducts the reaches of a scenario, then stops all nodes. Leaves a bag, summary.json, picture.png
-    and the nodes' logs in the run's folder. Exit code 0: all reached, nobody touched; 1: something
-    went wrong; 3: all nodes ran, but a reach was not reached or the person was touched (the table says).
+    Conducts the reaches of a scenario, then stops all nodes. Leaves a bag, summary.json, picture.png,
+    a video if asked for, and the nodes' logs in the run's folder. Exit code 0: all reached, nobody
+    touched; 1: something went wrong; 3: all nodes ran, but a reach was not reached or the person was
+    touched (the table says); 130 after Ctrl-C, 143 after SIGTERM.
     """
-    from hri_sim.media.picture import draw_picture
-
-    console = Console(stderr=False)
     options = RunOptions(
         out=out or default_folder("ptomp"),
         bag=record,
@@ -110,22 +95,9 @@ def launch(
         trial=trial,
         place=place,
         library=library,
-        parameters=read_parameters(parameters),
+        parameters=parameters,
     )
-    try:
-        result = run_graph(options, console)
-    except HriError as error:
-        explain(error, console)
-        raise typer.Exit(1) from error
-    except KeyboardInterrupt:
-        console.print(f"stopped; what was recorded is in {options.out}", highlight=False)
-        raise typer.Exit(130) from None
-    print_table(console, result.summary)
-    if picture:
-        draw_picture(result.series.record, options.out / "picture.png")
-    what = "bag, figures and picture" if picture else "bag and figures"
-    console.print(f"{what}: {options.out}", highlight=False)
-    raise typer.Exit(0 if succeeded(result.summary) else 3)
+    raise typer.Exit(conduct(options, Console(), picture=picture, video=video))
 
 
 def main() -> int:

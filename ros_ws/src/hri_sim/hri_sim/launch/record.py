@@ -74,7 +74,7 @@ def read_run(
         title: Heading of pictures.
 
     Raises:
-        DataError: when the bag lacks the simulator's state.
+        DataError: when the bag cannot be read, or lacks the state of simulator and joints.
     """
     reader = BagReader(bag, allow_unclosed=True)
     bodies = [person.id for person in scenario.persons]
@@ -89,11 +89,13 @@ def read_run(
     trajectories = "/joint_trajectory_controller/joint_trajectory"
     topics = {*fixed, *truth, *predictions, trajectories}
     data = _decode(reader, topics & set(reader.topics) | set(fixed))
-    if len(data["/sim/state"]) < 2:
-        raise DataError(f"{bag} holds no /sim/state", expected="a bag of a simulated run")
     states = {to_ns(m.header.stamp): m for _, m in data["/sim/state"]}
     joints = {to_ns(m.header.stamp): m for _, m in data["/joint_states"]}
     stamps = np.array(sorted(states.keys() & joints.keys()))
+    if len(stamps) < 2:
+        raise DataError(
+            f"{bag} holds no /sim/state with /joint_states", expected="a bag of a simulated run"
+        )
     origin = int(stamps[0])
 
     def seconds(values: list[int]) -> FloatArray:

@@ -18,14 +18,12 @@ from hri_prediction.tracks.files import load_tracks, save_tracks
 from hri_prediction.tracks.selection import nominal_reaches
 from hri_prediction.tracks.track import ArmTrack
 from hri_sim.launch.coverage import Coverage, prediction_coverage
-from hri_sim.launch.run import RunOptions, RunResult, explain, prepare_folder, run_graph
+from hri_sim.launch.folder import NewFolder
+from hri_sim.launch.run import RunOptions, RunResult, explain, run_graph
+from hri_sim.launch.summary import late_replans, number
 from hri_sim.media.picture import draw_picture
 
 DATA_VARIABLE = "HRI_DATA_DIR"
-
-
-def _cm(value: float | None) -> str:
-    return "–" if value is None else f"{value * 100:.1f}"
 
 
 def _least(values: list[float | None]) -> float | None:
@@ -33,22 +31,25 @@ def _least(values: list[float | None]) -> float | None:
     return min(known) if known else None
 
 
+def _worst(reaches: list[dict[str, Any]], key: str) -> float | None:
+    known = [reach[key] for reach in reaches if reach[key] is not None]
+    return max(known) if known else None
+
+
 def demo_row(seed: int, summary: dict[str, Any]) -> str:
     """One line of the demo table."""
     reaches = summary["reaches"]
     clear = _least([reach["min_clearance_m"] for reach in reaches])
-    misses = sum(reach["deadline_misses"] for reach in reaches)
-    replans = sum(reach["replans"] for reach in reaches)
     cells = (
         str(seed),
         summary["outcome"],
-        f"{max(reach['goal_error_m'] or 0.0 for reach in reaches) * 1e3:.1f}",
-        _cm(clear),
-        _cm(summary["baseline_min_clearance_m"]),
+        number(_worst(reaches, "goal_error_m"), ".1f", 1e3),
+        number(clear, ".1f", 100.0),
+        number(summary["baseline_min_clearance_m"], ".1f", 100.0),
         " / ".join(f"{reach['duration_s']:.1f}" for reach in reaches),
-        f"{max(reach['max_handover_jump_rad'] for reach in reaches):.1e}",
-        f"{misses} of {misses + replans}",
-        f"{summary['latency_ms']['mocap_to_trajectory']['p99']:.0f}",
+        number(_worst(reaches, "max_handover_jump_rad"), ".1e"),
+        "{} of {}".format(*late_replans(reaches)),
+        number(summary["latency_ms"]["mocap_to_trajectory"]["p99"], ".0f"),
     )
     return "| " + " | ".join(cells) + " |"
 
@@ -73,12 +74,13 @@ def reproduce_demo(
     """Run the demo for several seeds and write the table of all of them."""
     console = Console()
     try:
-        prepare_folder(runs)
+        NewFolder(runs, "--runs")
         summaries = {}
         for seed in range(first_seed, first_seed + seeds):
             console.print(f"seed {seed}", highlight=False)
             result = run_graph(RunOptions(out=runs / str(seed), seed=seed), console)
-            draw_picture(result.series.record, runs / str(seed) / "picture.png")
+            if result.series is not None:
+                draw_picture(result.series.record, runs / str(seed) / "picture.png")
             summaries[seed] = {**result.summary, "bag": "bag", "cpu_cores": result.cpu_cores}
             console.print(demo_row(seed, result.summary), highlight=False, markup=False)
     except HriError as error:
@@ -87,8 +89,7 @@ def reproduce_demo(
     out.mkdir(parents=True, exist_ok=True)
     (out / "demo.json").write_text(json.dumps(summaries, indent=1, allow_nan=False) + "\n")
     reaches = [reach for summary in summaries.values() for reach in summary["reaches"]]
-    misses = sum(reach["deadline_misses"] for reach in reaches)
-    replans = sum(reach["replans"] for reach in reaches)
+    misses, planned = late_replans(reaches)
     reached = sum(reach["outcome"] == "reached" for reach in reaches)
     clear = sum((reach["min_clearance_m"] or -1.0) > 0.0 for reach in reaches)
     text = "\n".join(
@@ -103,8 +104,7 @@ def reproduce_demo(
             *(demo_row(seed, summary) for seed, summary in summaries.items()),
             "",
             f"{reached} of {3 * seeds} reaches reached, {clear} with true clearance > 0 throughout; "
-            f"{misses} of {misses + replans} replans late "
-            f"({100.0 * misses / max(misses + replans, 1):.2f} %).",
+            f"{misses} of {planned} replans late ({100.0 * misses / max(planned, 1):.2f} %).",
             "",
         ]
     )
@@ -152,10 +152,10 @@ def vicon_cases(folder: Path, count: int) -> list[ReplayCase]:
     groups = nominal_reaches(tracks)
     subjects = sorted({track.subject for track in tracks})
     cases = []
-    for number, subject in enumerate(subjects[:count]):
+    for index, subject in enumerate(subjects[:count]):
         # Alternate over tasks and sides.
         own = [group for key, group in sorted(groups.items()) if key[0] == subject]
-        track = own[number % len(own)][0]
+        track = own[index % len(own)][0]
         others = [t for key, group in groups.items() if key[0] != subject for t in group]
         cases.append(
             ReplayCase(f"vicon_{subject}_{track.task}_{track.side}", track, others, "task")
@@ -179,6 +179,8 @@ def run_replay(
         out=folder / "run", seed=seed, human="replay", human_file=recording, library=library
     )
     result = run_graph(options, console)
+    if result.series is None:
+        return result, None
     draw_picture(result.series.record, folder / "picture.png")
     return result, prediction_coverage(result.bag, "person1")
 
@@ -207,8 +209,8 @@ def replay_row(name: str, summary: dict[str, Any], coverage: Coverage | None) ->
         name,
         outcome,
         f"{reached} of {len(reaches)}",
-        _cm(_least([reach["min_clearance_m"] for reach in reaches])),
-        _cm(summary["baseline_min_clearance_m"]),
+        number(_least([reach["min_clearance_m"] for reach in reaches]), ".1f", 100.0),
+        number(summary["baseline_min_clearance_m"], ".1f", 100.0),
         *shares,
     )
     return "| " + " | ".join(cells) + " |"
@@ -237,12 +239,12 @@ def reproduce_replay(
     try:
         if not data.is_dir():
             raise ConfigError(f"{DATA_VARIABLE} = {data}", expected="a folder with recordings")
-        prepare_folder(runs)
+        NewFolder(runs, "--runs")
         results: dict[str, Any] = {}
         table = []
-        for number, case in enumerate(dfki_cases(data, dfki) + vicon_cases(data, vicon)):
+        for index, case in enumerate(dfki_cases(data, dfki) + vicon_cases(data, vicon)):
             console.print(case.name, highlight=False)
-            result, coverage = run_replay(case, runs / case.name, seed + number, console)
+            result, coverage = run_replay(case, runs / case.name, seed + index, console)
             table.append(replay_row(case.name, result.summary, coverage))
             console.print(table[-1], highlight=False, markup=False)
             results[case.name] = {

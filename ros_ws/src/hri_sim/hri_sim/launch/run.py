@@ -8,7 +8,7 @@ import math
 import os
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +16,14 @@ import psutil
 from rich.console import Console
 from rich.markup import escape
 
-from hri_prediction.errors import ConfigError, HriError
+from hri_prediction.errors import ConfigError, DataError, HriError
 from hri_prediction.prediction.library import TaskLibrary, train_library
 from hri_prediction.tracks.files import load_tracks
 from hri_prediction.tracks.placement import Placement
 from hri_prediction.tracks.seating import suggest_placement
 from hri_sim.launch.conductor import Conductor, NodeDeath
+from hri_sim.launch.folder import RunFolders, naming
+from hri_sim.launch.parameters import complete_parameters, read_parameters
 from hri_sim.launch.record import Series, read_run, with_baseline
 from hri_sim.launch.summary import summarise, write_summary
 from hri_sim.launch.supervisor import NodeSpec, Supervisor
@@ -34,6 +36,8 @@ from hri_sim.scenario.schema import Scenario, load_scenario, save_scenario
 COMMAND_TIMEOUT_S = 0.1
 """Heartbeat age at which the controller of a supervised run stops the robot [s]."""
 READY_TIMEOUT_S = 90.0
+SCENARIO, LIBRARY = "scenario.yaml", "library.npz"
+"""Files that a run leaves in its folder before its nodes start."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +57,7 @@ class RunOptions:
         place: Where it is put, ``X,Y,Z,YAW``; none: seated across the table.
         library: Task library; none: trained on simulated reaches of the scenario's tasks (replay:
             none, prediction by constant velocity).
-        parameters: Further parameters by node name.
+        parameters: File with further parameters, ``{node: {parameter: value}}``.
     """
 
     out: Path
@@ -67,7 +71,7 @@ class RunOptions:
     trial: int | None = None
     place: str | None = None
     library: Path | None = None
-    parameters: dict[str, dict[str, Any]] = field(default_factory=dict)
+    parameters: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -76,44 +80,23 @@ class RunResult:
 
     Attributes:
         summary: Content of ``summary.json``.
-        series: The run over time.
+        series: The run over time; none when the recorder died before it had recorded any of it.
         bag: Bag folder.
         cpu_cores: Cores that all processes of the run kept busy while it was conducted.
     """
 
     summary: dict[str, Any]
-    series: Series
+    series: Series | None
     bag: Path
     cpu_cores: float
-
-
-def prepare_folder(folder: Path) -> None:
-    """Create the run's folder, or say at once why it cannot be written.
-
-    Raises:
-        ConfigError: when it is not empty, is a file, or cannot be written.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        if any(folder.iterdir()):
-            raise ConfigError(
-                f"{folder} is not empty",
-                expected="a new or empty folder",
-                hint="choose another --out",
-            )
-        probe = folder / ".probe"
-        probe.write_text("")
-        probe.unlink()
-    except OSError as error:
-        raise ConfigError(
-            f"cannot write to {folder}: {error.strerror}", hint="choose another folder with --out"
-        ) from error
 
 
 def _scene(options: RunOptions) -> tuple[Scenario, Placement | None]:
     """Scenario of the run, and where a recording is put."""
     if options.reaches is not None and options.reaches < 1:
-        raise ConfigError(f"--reaches {options.reaches}", expected="at least 1")
+        raise ConfigError(
+            f"--reaches {options.reaches}", expected="at least 1", hint="give more, or leave it out"
+        )
     if options.human == "simulated":
         for name in ("human_file", "trial", "place"):
             if getattr(options, name) is not None:
@@ -126,36 +109,53 @@ def _scene(options: RunOptions) -> tuple[Scenario, Placement | None]:
                 raise ConfigError(
                     "--reaches with a --scenario", hint="the scenario file says how many there are"
                 )
-            return load_scenario(options.scenario), None
+            return _read_scenario(options.scenario), None
         return draw_scenario(options.seed, options.reaches or 3), None
     if options.human_file is None:
-        raise ConfigError("--human replay without a recording", hint="give --human-file FILE")
-    tracks = load_tracks(options.human_file)
+        raise ConfigError(
+            "--human replay without --human-file",
+            expected="a recording: a mocap bag or a track file",
+            hint="give --human-file FILE",
+        )
+    with naming("--human-file", options.human_file):
+        tracks = load_tracks(options.human_file)
     trial = options.trial or 0
     if not 0 <= trial < len(tracks):
         raise ConfigError(
-            f"--trial {trial}", expected=f"0 to {len(tracks) - 1}: {options.human_file} holds "
-            f"{len(tracks)} trials"
-        )  # fmt: skip
+            f"--trial {trial}",
+            expected=f"0 to {len(tracks) - 1}",
+            hint=f"--human-file {options.human_file} holds {len(tracks)} trials",
+        )
     track = tracks[trial]
-    placement = Placement.parse(options.place) if options.place else suggest_placement(track)
+    if options.place:
+        with naming("--place", options.place):
+            placement = Placement.parse(options.place)
+    else:
+        with naming("--human-file", options.human_file):
+            placement = suggest_placement(track)
     placed = track.transformed(placement)
     if options.scenario is not None:
-        return load_scenario(options.scenario), placement
+        return _read_scenario(options.scenario), placement
     return recorded_scenario(placed, options.seed, options.reaches), placement
+
+
+def _read_scenario(path: Path) -> Scenario:
+    with naming("--scenario", path):
+        return load_scenario(path)
 
 
 def _library(options: RunOptions, scenario: Scenario) -> Path | None:
     """The task library of the predictor, trained here when none is given."""
     if options.library is not None:
-        TaskLibrary.load(options.library)  # a wrong file is named before anything starts
-        return options.library
+        with naming("--library", options.library):
+            TaskLibrary.load(options.library)  # a wrong file is named before anything starts
+        return options.library.resolve()
     if options.human != "simulated":
         return None
     library = scenario_library(scenario, options.seed)
     if library is None:
         return None
-    path = options.out / "library.npz"
+    path = (options.out / LIBRARY).resolve()
     library.save(path)
     return path
 
@@ -180,7 +180,7 @@ def node_specs(
     placement: Placement | None,
     bag: Path,
 ) -> list[NodeSpec]:
-    """The nodes of a ptomp run."""
+    """The nodes of a ptomp run, each with the parameters that are not as by default."""
     common = {"scenario": str(scenario_path), "seed": options.seed}
     names = list(scenario.targets)
     ptomp: dict[str, Any] = {
@@ -218,6 +218,7 @@ def node_specs(
         specs.insert(1, NodeSpec("hri_sim", "person", common))
     else:
         assert placement is not None
+        assert options.human_file is not None
         place = f"{placement.x},{placement.y},{placement.z},{math.degrees(placement.yaw)}"
         specs.insert(
             1,
@@ -225,7 +226,7 @@ def node_specs(
                 "hri_sim",
                 "replayer",
                 {
-                    "file": str(options.human_file),
+                    "file": str(options.human_file.resolve()),
                     "trial": options.trial or 0,
                     "place": place,
                     "start": "cue",
@@ -234,13 +235,7 @@ def node_specs(
                 },
             ),
         )
-    labels = [spec.label for spec in specs]
-    for name in options.parameters.keys() - labels:
-        raise ConfigError(f"parameters for a node {name!r}", expected="one of " + ", ".join(labels))
-    return [
-        replace(spec, parameters={**spec.parameters, **options.parameters.get(spec.label, {})})
-        for spec in specs
-    ]
+    return specs
 
 
 @contextlib.contextmanager
@@ -269,21 +264,30 @@ def run_graph(options: RunOptions, console: Console) -> RunResult:
         NodeDeath: when a node that the run needs ended by itself.
         GraphError: when the graph did not come up, or an answer did not come.
     """
-    prepare_folder(options.out)
-    if options.bag is not None:
-        prepare_folder(options.bag)
-        options.bag.rmdir()  # the recorder makes it
-    bag = (options.bag or options.out / "bag").resolve()
+    with RunFolders(options.out, options.bag, (SCENARIO, LIBRARY)) as folders:
+        return _run_graph(options, console, folders)
+
+
+def _run_graph(options: RunOptions, console: Console, folders: RunFolders) -> RunResult:
+    bag = folders.bag
     scenario, placement = _scene(options)
-    scenario_path = (options.out / "scenario.yaml").resolve()
+    scenario_path = (options.out / SCENARIO).resolve()
     save_scenario(scenario_path, scenario)
     library = _library(options, scenario)
-    specs = node_specs(options, scenario, scenario_path, library, placement, bag)
+    specs = complete_parameters(
+        node_specs(options, scenario, scenario_path, library, placement, bag),
+        read_parameters(options.parameters),
+        f"--parameters {options.parameters}",
+    )
     with _status_line(console) as say, Supervisor(options.out) as supervisor:
         conductor = Conductor(scenario, supervisor, say, tell=lambda text: _print(console, text))
         try:
             conductor.check_alone([spec.label for spec in specs])
-            supervisor.start(specs)
+            try:
+                supervisor.start(specs)
+            finally:
+                if supervisor.labels:
+                    folders.keep()
             conductor.wait_ready(READY_TIMEOUT_S)
             load = CpuMeter([*supervisor.pids.values(), os.getpid()])
             reports = conductor.run()
@@ -298,15 +302,21 @@ def run_graph(options: RunOptions, console: Console) -> RunResult:
     if killed:
         console.print(f"had to be killed: {', '.join(killed)}", highlight=False)
     simulated = options.human == "simulated" and bool(scenario.persons)
-    series = read_run(
-        bag,
-        scenario,
-        reports,
-        sensor_delay_s=scenario.persons[0].latency if simulated else 0.0,
-        title=f"{scenario.name} · {options.planner} · seed {options.seed}",
-    )
-    series = replace(series, record=with_baseline(series.record))
-    summary = summarise(series, reports, wanted=len(scenario.reaches), bag=bag, seed=options.seed)
+    series = None
+    try:
+        series = read_run(
+            bag,
+            scenario,
+            reports,
+            sensor_delay_s=scenario.persons[0].latency if simulated else 0.0,
+            title=f"{scenario.name} · {options.planner} · seed {options.seed}",
+        )
+        series = replace(series, record=with_baseline(series.record))
+    except DataError as error:
+        if not supervisor.died("recorder"):
+            raise
+        _print(console, f"no figures of the recording, which ended with its recorder: {error}")
+    summary = summarise(series, reports, scenario=scenario, bag=bag, seed=options.seed)
     write_summary(options.out / "summary.json", summary)
     return RunResult(summary, series, bag, cpu_cores)
 

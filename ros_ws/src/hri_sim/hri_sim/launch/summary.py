@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,23 +15,24 @@ from rich.table import Table
 from hri_planner.robot.model import load_robot
 from hri_sim.launch.conductor import ReachReport
 from hri_sim.launch.record import Series
+from hri_sim.scenario.schema import Scenario
 
 FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class ReachFigures:
-    """Figures of one reach; see :func:`summarise`."""
+    """Figures of one reach; see :func:`summarise`. None: not recorded, or nobody was there."""
 
     outcome: str
     reason: str
-    goal_error_m: float | None
-    min_clearance_m: float | None
     duration_s: float
     replans: int
-    deadline_misses: int
-    max_handover_jump_rad: float
-    baseline_min_clearance_m: float | None
+    goal_error_m: float | None = None
+    min_clearance_m: float | None = None
+    deadline_misses: int | None = None
+    max_handover_jump_rad: float | None = None
+    baseline_min_clearance_m: float | None = None
 
 
 def percentiles(values: FloatArray) -> dict[str, float | None]:
@@ -46,32 +47,32 @@ def _least(values: FloatArray) -> float | None:
     return float(finite.min()) if len(finite) else None
 
 
-def reach_figures(series: Series, reports: list[ReachReport]) -> list[ReachFigures]:
+def reach_figures(series: Series | None, reports: list[ReachReport]) -> list[ReachFigures]:
     """Figures of each reach; a reach lasts from its cue to the next one's, the rest included."""
+    said = [ReachFigures(r.outcome, r.reason, r.duration_s, r.replans) for r in reports]
+    if series is None:
+        return said
     marks = series.record.reaches
     found = []
-    for number, (report, mark) in enumerate(zip(reports, marks, strict=True)):
+    for number, (report, reach, mark) in enumerate(zip(reports, said, marks, strict=True)):
+        # A recorder that died left no witness: then nothing is said, rather than what it last saw.
+        if series.record.time_s[-1] < mark.end_s:
+            found.append(reach)
+            continue
         end = marks[number + 1].start_s if number + 1 < len(marks) else np.inf
 
         def during(times: FloatArray, begin: float = mark.start_s, until: float = end) -> Any:
             return (times >= begin) & (times < until)
 
-        # A recorder that died left no witness: then nothing is said, rather than what it last saw.
-        whole = bool(series.record.time_s[-1] >= mark.end_s)
         jumps = series.handover_jump_rad[during(series.reference_s)]
         misses = series.misses[during(series.status_s)]
         baseline = series.record.baseline
         target = np.array(series.record.scenario.targets[report.target])
         found.append(
-            ReachFigures(
-                outcome=report.outcome,
-                reason=report.reason,
-                goal_error_m=_goal_error(series, mark.end_s, target) if whole else None,
-                min_clearance_m=_least(series.record.clearance_m[during(series.record.time_s)])
-                if whole
-                else None,
-                duration_s=report.duration_s,
-                replans=report.replans,
+            replace(
+                reach,
+                goal_error_m=_goal_error(series, mark.end_s, target),
+                min_clearance_m=_least(series.record.clearance_m[during(series.record.time_s)]),
                 deadline_misses=int(misses.max()) if len(misses) else 0,
                 max_handover_jump_rad=float(jumps.max()) if len(jumps) else 0.0,
                 baseline_min_clearance_m=None
@@ -90,54 +91,47 @@ def _goal_error(series: Series, time_s: float, target: FloatArray) -> float:
 
 
 def summarise(
-    series: Series, reports: list[ReachReport], *, wanted: int, bag: Path, seed: int
+    series: Series | None, reports: list[ReachReport], *, scenario: Scenario, bag: Path, seed: int
 ) -> dict[str, Any]:
     """The content of ``summary.json``.
 
     Args:
-        series: The run.
+        series: The run; none when it was not recorded: what only a bag can tell is null then.
         reports: The reaches that were begun.
-        wanted: Reaches of the scenario.
+        scenario: What was to be done.
         bag: Bag folder.
         seed: Seed of the run.
     """
     reaches = reach_figures(series, reports)
-    baseline = series.record.baseline
+    baseline = None if series is None else series.record.baseline
     bad = [reach.outcome for reach in reaches if reach.outcome != "reached"]
-    outcome = bad[0] if bad else ("reached" if len(reaches) == wanted else "incomplete")
-    rates = {"mocap": 0.0, "prediction": 0.0}
-    for body in series.record.scenario.persons:
-        rates["mocap"] = max(
-            rates["mocap"], series.rates_hz.get(f"/humans/bodies/{body.id}/arm", 0.0)
-        )
-        rates["prediction"] = max(
-            rates["prediction"], series.rates_hz.get(f"/humans/bodies/{body.id}/prediction", 0.0)
-        )
+    outcome = (
+        bad[0] if bad else ("reached" if len(reaches) == len(scenario.reaches) else "incomplete")
+    )
+
+    def rate(topic: str) -> float | None:
+        if series is None:
+            return None
+        names = [f"/humans/bodies/{body.id}/{topic}" for body in scenario.persons]
+        return max((series.rates_hz.get(name, 0.0) for name in names), default=0.0)
+
+    touched = any(r.min_clearance_m is not None and r.min_clearance_m <= 0.0 for r in reaches)
+    recorded = all(reach.goal_error_m is not None for reach in reaches)
+    nothing = np.zeros(0)
     return {
         "outcome": outcome,
-        "reaches": [
-            {
-                "outcome": reach.outcome,
-                "reason": reach.reason,
-                "goal_error_m": reach.goal_error_m,
-                "min_clearance_m": reach.min_clearance_m,
-                "baseline_min_clearance_m": reach.baseline_min_clearance_m,
-                "duration_s": reach.duration_s,
-                "replans": reach.replans,
-                "deadline_misses": reach.deadline_misses,
-                "max_handover_jump_rad": reach.max_handover_jump_rad,
-            }
-            for reach in reaches
-        ],
-        "touched": any(
-            reach.min_clearance_m is not None and reach.min_clearance_m <= 0.0 for reach in reaches
-        ),
+        "reaches": [asdict(reach) for reach in reaches],
+        "touched": touched if touched or recorded else None,
         "baseline_min_clearance_m": None if baseline is None else _least(baseline.clearance_m),
-        "mocap_rate_hz": rates["mocap"],
-        "prediction_rate_hz": rates["prediction"],
+        "mocap_rate_hz": rate("arm"),
+        "prediction_rate_hz": rate("prediction"),
         "latency_ms": {
-            "mocap_to_prediction": percentiles(series.mocap_to_prediction_ms),
-            "mocap_to_trajectory": percentiles(series.mocap_to_trajectory_ms),
+            "mocap_to_prediction": percentiles(
+                nothing if series is None else series.mocap_to_prediction_ms
+            ),
+            "mocap_to_trajectory": percentiles(
+                nothing if series is None else series.mocap_to_trajectory_ms
+            ),
         },
         "bag": str(bag),
         "seed": seed,
@@ -149,55 +143,67 @@ def write_summary(path: Path, summary: dict[str, Any]) -> None:
     path.write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n")
 
 
+def late_replans(reaches: list[dict[str, Any]]) -> tuple[int, int]:
+    """Plans dropped as late, and all plans, of the reaches that were recorded."""
+    known = [reach for reach in reaches if reach["deadline_misses"] is not None]
+    misses = sum(reach["deadline_misses"] for reach in known)
+    return misses, misses + sum(reach["replans"] for reach in known)
+
+
+def number(value: float | None, style: str, factor: int | float = 1) -> str:
+    """A figure as text; a dash when it is not known."""
+    return "–" if value is None else format(value * factor, style)
+
+
 def _cm(value: float | None) -> str:
-    return "–" if value is None else f"{value * 100:.1f}"
+    return number(value, ".1f", 100.0)
 
 
 def succeeded(summary: dict[str, Any]) -> bool:
-    """Whether everything was reached and nobody was touched."""
+    """Whether everything was reached and nobody is known to have been touched."""
     return summary["outcome"] == "reached" and not summary["touched"]
 
 
 def print_table(console: Console, summary: dict[str, Any]) -> None:
-    """The run as a table."""
+    """The run as a table, for 80 columns."""
     table = Table(title="Reaches", title_justify="left")
-    table.add_column("reach")
+    table.add_column("#", justify="right")
     table.add_column("outcome")
     for name in (
         "error\nmm",
         "clear\ncm",
-        "baseline\nclear cm",
+        "base\ncm",
         "time\ns",
-        "replans",
-        "misses",
+        "plans",
+        "late",
         "jump\nmrad",
     ):
         table.add_column(name, justify="right")
-    for number, reach in enumerate(summary["reaches"], 1):
+    for count, reach in enumerate(summary["reaches"], 1):
         good = reach["outcome"] == "reached"
         least = reach["min_clearance_m"]
         table.add_row(
-            str(number),
+            str(count),
             f"[green]{reach['outcome']}[/]" if good else f"[red]{reach['outcome']}[/]",
-            "–" if reach["goal_error_m"] is None else f"{reach['goal_error_m'] * 1e3:.1f}",
+            number(reach["goal_error_m"], ".1f", 1e3),
             f"[red]{_cm(least)}[/]" if least is not None and least <= 0 else _cm(least),
             _cm(reach["baseline_min_clearance_m"]),
             f"{reach['duration_s']:.2f}",
             str(reach["replans"]),
-            str(reach["deadline_misses"]),
-            f"{reach['max_handover_jump_rad'] * 1e3:.3f}",
+            number(reach["deadline_misses"], "d"),
+            number(reach["max_handover_jump_rad"], ".3f", 1e3),
         )
     console.print(table)
     console.print(
-        "clear: smallest true distance robot-person; baseline: the same without replanning; "
-        "misses: plans dropped as late; jump: of the reference at hand-overs",
+        "clear: smallest true distance robot-person; base: the same without replanning; "
+        "plans: replans that took effect; late: those dropped; jump: of the reference at hand-overs",
         highlight=False,
     )
-    for number, reach in enumerate(summary["reaches"], 1):
+    for count, reach in enumerate(summary["reaches"], 1):
         if reach["outcome"] != "reached":
-            console.print(f"reach {number}: {reach['reason']}", highlight=False, markup=False)
+            console.print(f"reach {count}: {reach['reason']}", highlight=False, markup=False)
         if reach["goal_error_m"] is None:
-            console.print(f"reach {number}: the recording ended before it did", highlight=False)
+            console.print(f"reach {count}: the recording ended before it did", highlight=False)
     if summary["touched"]:
         console.print("[red]the robot touched the person[/]: a true clearance is not above 0")
     latency = summary["latency_ms"]["mocap_to_trajectory"]

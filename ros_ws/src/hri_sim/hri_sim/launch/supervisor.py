@@ -121,6 +121,7 @@ class Supervisor:
         self._specs: dict[str, NodeSpec] = {}
         self._processes: dict[str, subprocess.Popen[bytes]] = {}
         self._reported: set[str] = set()
+        self._dead: set[str] = set()
 
     def __enter__(self) -> Supervisor:
         return self
@@ -148,11 +149,12 @@ class Supervisor:
         return self.folder / "log" / f"{label}.log"
 
     def start(self, specs: Sequence[NodeSpec]) -> None:
-        """Start nodes."""
+        """Start nodes; nothing is written and none is started when one is not installed."""
+        executables = [find_executable(spec.package, spec.executable) for spec in specs]
         for name in ("log", "parameters"):
             (self.folder / name).mkdir(parents=True, exist_ok=True)
-        for spec in specs:
-            command = [str(find_executable(spec.package, spec.executable)), "--ros-args"]
+        for spec, executable in zip(specs, executables, strict=True):
+            command = [str(executable), "--ros-args"]
             if spec.name:
                 command += ["-r", f"__node:={spec.name}"]
             if spec.parameters:
@@ -189,8 +191,13 @@ class Supervisor:
             code = process.poll()
             if code is not None and label not in self._reported:
                 self._reported.add(label)
+                self._dead.add(label)
                 found.append(Death(label, code, self.last_words(label)))
         return found
+
+    def died(self, label: str) -> bool:
+        """Whether the node was found to have ended by itself."""
+        return label in self._dead
 
     def is_essential(self, label: str) -> bool:
         """Whether the run cannot go on without the node."""

@@ -95,18 +95,16 @@ def ptomp_graph(
         raise ConfigError(f"no node {name!r} in this graph", expected=", ".join(NODES))
     path = folder / "scenario.yaml"
     save_scenario(path, scenario)
-    options = RunOptions(
-        out=folder,
-        seed=seed,
-        parameters={name: dict(values) for name, values in (parameters or {}).items()},
-    )
+    options = RunOptions(out=folder, seed=seed)
     specs = {
         spec.label: spec
         for spec in node_specs(options, scenario, path, library, None, folder / "bag")
     }
     made = {
         name: node_factory(
-            node, parameters=specs[name].parameters, remappings=(remappings or {}).get(name)
+            node,
+            parameters={**specs[name].parameters, **(parameters or {}).get(name, {})},
+            remappings=(remappings or {}).get(name),
         )
         for name, node in NODES.items()
         if name != "person" or scenario.persons

@@ -1,0 +1,55 @@
+"""What the command lines of a run share: conduct it, show what came of it, end with an exit code."""
+
+from __future__ import annotations
+
+import time
+
+import typer
+from rich.console import Console
+
+from hri_prediction.errors import HriError
+from hri_sim.launch.run import RunOptions, explain, run_graph
+from hri_sim.launch.summary import print_table, succeeded
+
+
+def conduct(options: RunOptions, console: Console, *, picture: bool, video: bool) -> int:
+    """Run the graph, print the table, draw what is asked for, say where everything is.
+
+    Returns:
+        Exit code: 0, or 3 when a reach was not reached or the person was touched.
+
+    Raises:
+        typer.Exit: with code 1 when the run failed, 130 after Ctrl-C.
+        SystemExit: with code 143 after SIGTERM, as the scripts turn it into one.
+    """
+    from hri_sim.media.picture import draw_picture
+    from hri_sim.media.video import render_video
+
+    begin = time.monotonic()
+    folder = options.out
+    files = {"bag": options.bag or folder / "bag", "figures": folder / "summary.json"}
+    try:
+        result = run_graph(options, console)
+        print_table(console, result.summary)
+        if result.series is not None:
+            if picture:
+                files["picture"] = folder / "picture.png"
+                with console.status("drawing picture.png"):
+                    draw_picture(result.series.record, files["picture"])
+            if video:
+                files["video"] = folder / "video.mp4"
+                with console.status("rendering video.mp4"):
+                    render_video(result.series.record, files["video"])
+    except HriError as error:
+        explain(error, console)
+        raise typer.Exit(1) from error
+    except (KeyboardInterrupt, SystemExit) as error:
+        if folder.exists():
+            console.print(f"stopped; what was recorded is in {folder}", highlight=False)
+        if isinstance(error, SystemExit):
+            raise
+        raise typer.Exit(130) from None
+    for name, path in files.items():
+        console.print(f"{name + ':':<9}{path}", highlight=False, markup=False, soft_wrap=True)
+    console.print(f"took {time.monotonic() - begin:.0f} s", highlight=False)
+    return 0 if succeeded(result.summary) else 3

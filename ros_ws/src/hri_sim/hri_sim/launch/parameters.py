@@ -1,0 +1,151 @@
+"""Parameters of the nodes: the user's are checked before anything starts, and all are written down."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from hri_planner.nodes.ptomp_config import PtompNodeConfig
+from hri_planner.ptomp.config import load_default_config
+from hri_prediction.config import from_mapping
+from hri_prediction.errors import ConfigError
+from hri_prediction.nodes.predictor_node import PredictorNodeConfig
+from hri_prediction.prediction.config import PredictorConfig
+from hri_sim.launch.supervisor import NodeSpec
+from hri_sim.nodes.person_node import PersonNodeConfig
+from hri_sim.nodes.recorder_node import RecorderNodeConfig
+from hri_sim.nodes.replayer_node import ReplayerConfig
+from hri_sim.nodes.simulator_node import SimulatorNodeConfig
+from hri_sim.recording.recorder_core import RecorderConfig
+from hri_sim.simulator.simulation import SimulatorConfig
+
+CONFIGURATIONS: dict[str, tuple[tuple[str, Any], ...]] = {
+    "simulator": (("", SimulatorNodeConfig()), ("", SimulatorConfig())),
+    "person": (("", PersonNodeConfig()),),
+    "replayer": (("", ReplayerConfig()),),
+    "predictor": (("", PredictorNodeConfig()), ("", PredictorConfig())),
+    "ptomp": (("", PtompNodeConfig()), ("planner.", load_default_config())),
+    "recorder": (("", RecorderNodeConfig()), ("", RecorderConfig())),
+}
+"""What each node declares, by its executable: prefix of the names, and the defaults."""
+OPTIONS = {
+    ("simulator", "scenario"): "--scenario",
+    ("person", "scenario"): "--scenario",
+    ("replayer", "file"): "--human-file",
+    ("replayer", "trial"): "--trial",
+    ("replayer", "place"): "--place",
+    ("predictor", "library"): "--library",
+    ("recorder", "output"): "--record",
+}
+"""Parameters that have an option of their own, which checks them and tells the other nodes."""
+WALL_CLOCK = {"use_sim_time": False, "publish_clock": False, "realtime_factor": 1.0}
+"""Parameters that would put the nodes onto another clock than the one that conducts the run."""
+
+
+def read_parameters(path: Path | None) -> dict[str, dict[str, Any]]:
+    """Parameters by node name from a YAML file ``{node: {parameter: value}}``.
+
+    Raises:
+        ConfigError: when it is not of that form.
+    """
+    if path is None:
+        return {}
+    form = "the form 'node: {parameter: value}'"
+    try:
+        values = yaml.safe_load(path.read_text())
+    except (OSError, yaml.YAMLError, UnicodeDecodeError) as error:
+        raise ConfigError(
+            f"cannot read --parameters {path}: {' '.join(str(error).split())}",
+            expected=f"a YAML file of {form}",
+        ) from error
+    if not isinstance(values, dict) or not all(isinstance(v, dict) for v in values.values()):
+        raise ConfigError(f"--parameters {path} has another form", expected=form)
+    return values
+
+
+def _fields(executable: str) -> Iterator[tuple[str, str, Any]]:
+    """Name of each parameter of a node, name of the field, and the defaults that it is one of."""
+    for prefix, defaults in CONFIGURATIONS[executable]:
+        for field in dataclasses.fields(defaults):
+            if "doc" in field.metadata:
+                yield prefix + field.name, field.name, defaults
+
+
+def _check_names(spec: NodeSpec, given: Mapping[str, Any], where: str) -> None:
+    known = [name for name, _, _ in _fields(spec.executable)]
+    for name, value in given.items():
+        if (spec.executable, name) in OPTIONS:
+            raise ConfigError(
+                f"{where} {spec.label}: {name} has an option of its own",
+                hint=f"give {OPTIONS[spec.executable, name]} instead",
+            )
+        if name in WALL_CLOCK and (name in known or name == "use_sim_time"):
+            if value != WALL_CLOCK[name]:
+                raise ConfigError(
+                    f"{where} {spec.label}: {name} = {value!r}",
+                    expected=f"{WALL_CLOCK[name]}: a launched run is conducted by the wall clock",
+                    hint="for another clock start the nodes one by one, with scripts/run_node.py",
+                )
+        elif name not in known and not str(name).startswith("qos_overrides."):
+            near = difflib.get_close_matches(str(name), known, 3)
+            raise ConfigError(
+                f"{where} node {spec.label} has no parameter {name!r}",
+                expected="one like " + ", ".join(near) if near else "one of " + ", ".join(known),
+            )
+
+
+def _plain(value: Any) -> Any:
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _effective(spec: NodeSpec, given: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """All parameters of a node, as it will have them."""
+    wanted = {**spec.parameters, **given}
+    found: dict[str, Any] = {}
+    for prefix, defaults in CONFIGURATIONS[spec.executable]:
+        fields = {field for _, field, owner in _fields(spec.executable) if owner is defaults}
+        own = {field: wanted[prefix + field] for field in fields if prefix + field in wanted}
+        values = {field: getattr(defaults, field) for field in fields} | own
+        try:
+            config = from_mapping(type(defaults), values)
+        except ConfigError as error:
+            problem = error.problem.removeprefix(f"{type(defaults).__name__}.")
+            raise ConfigError(
+                f"{where} {spec.label}: {prefix}{problem}", expected=error.expected, hint=error.hint
+            ) from error
+        for name, field, owner in _fields(spec.executable):
+            value = getattr(config, field) if owner is defaults else None
+            # ROS cannot tell the type of an empty list; where the default is one, it is left out.
+            if owner is defaults and not (value == () and getattr(defaults, field) == ()):
+                found[name] = _plain(value)
+    return {**found, **{name: value for name, value in given.items() if name not in found}}
+
+
+def complete_parameters(
+    specs: Sequence[NodeSpec], overrides: Mapping[str, Mapping[str, Any]], source: str
+) -> list[NodeSpec]:
+    """Nodes with all their parameters: those that they have, those of the user, and the defaults.
+
+    Args:
+        specs: The nodes with what the run gives them.
+        overrides: The user's parameters by node name.
+        source: Where the user gave these, for errors.
+
+    Raises:
+        ConfigError: naming source, node, parameter, value and range.
+    """
+    where = f"{source}:"
+    labels = [spec.label for spec in specs]
+    for name in overrides.keys() - set(labels):
+        raise ConfigError(f"{where} no node {name!r}", expected="one of " + ", ".join(labels))
+    complete = []
+    for spec in specs:
+        given = overrides.get(spec.label, {})
+        _check_names(spec, given, where)
+        complete.append(dataclasses.replace(spec, parameters=_effective(spec, given, where)))
+    return complete

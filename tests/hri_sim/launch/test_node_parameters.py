@@ -1,0 +1,73 @@
+"""The parameters that a run writes down: all of each node, with paths that hold."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import pytest
+import yaml
+
+from hri_prediction.errors import ConfigError
+from hri_sim.launch.folder import NewFolder, RunFolders, naming
+from hri_sim.launch.parameters import CONFIGURATIONS, complete_parameters
+from hri_sim.launch.run import RunOptions, node_specs
+from hri_sim.launch.supervisor import NodeSpec
+from hri_sim.scenario.shipped import load_shipped
+
+
+def _complete(tmp_path: Path, overrides: dict | None = None) -> dict[str, NodeSpec]:
+    scene, library = tmp_path / "scenario.yaml", tmp_path / "library.npz"
+    specs = node_specs(
+        RunOptions(out=tmp_path, seed=3), load_shipped("table_reach"), scene, library, None, scene
+    )
+    return {s.label: s for s in complete_parameters(specs, overrides or {}, "--parameters x")}
+
+
+def test_every_parameter_is_written(tmp_path: Path) -> None:
+    for label, spec in _complete(tmp_path).items():
+        for prefix, defaults in CONFIGURATIONS[spec.executable]:
+            for field in dataclasses.fields(defaults):
+                if getattr(defaults, field.name) != ():
+                    assert prefix + field.name in spec.parameters, label
+        text = yaml.safe_dump(dict(spec.parameters))
+        assert yaml.safe_load(text) == spec.parameters
+        assert "[]" not in text  # ROS cannot tell the type of an empty list
+
+
+def test_the_users_values_win_and_get_the_declared_type(tmp_path: Path) -> None:
+    nodes = _complete(tmp_path, {"ptomp": {"max_duration": 30, "planner.margin": 0.1}})
+    assert nodes["ptomp"].parameters["max_duration"] == 30.0
+    assert isinstance(nodes["ptomp"].parameters["max_duration"], float)
+    assert nodes["ptomp"].parameters["planner.margin"] == 0.1
+    assert nodes["ptomp"].parameters["seed"] == 3
+
+
+def test_the_wall_clock_may_be_named(tmp_path: Path) -> None:
+    nodes = _complete(tmp_path, {"simulator": {"use_sim_time": False, "realtime_factor": 1.0}})
+    assert nodes["simulator"].parameters["use_sim_time"] is False
+
+
+def test_folders_are_left_as_they_were_unless_kept(tmp_path: Path) -> None:
+    out, bag = tmp_path / "a" / "b", tmp_path / "c" / "bag"
+    with RunFolders(out, bag, ("scenario.yaml",)) as folders:
+        (out / "scenario.yaml").write_text("")
+        assert folders.bag == bag
+    assert list(tmp_path.iterdir()) == []
+    bag.mkdir(parents=True)
+    with RunFolders(out, bag, ()):
+        assert not bag.exists()
+    assert bag.is_dir()
+    with RunFolders(out, None, ("scenario.yaml",)) as folders:
+        (out / "scenario.yaml").write_text("")
+        folders.keep()
+    assert (out / "scenario.yaml").exists()
+
+
+def test_an_error_names_the_option(tmp_path: Path) -> None:
+    (tmp_path / "notes").write_text("")
+    with pytest.raises(ConfigError, match=r"--runs .* is not empty.*choose another with --runs"):
+        NewFolder(tmp_path, "--runs")
+    for problem in ("cannot read a.yaml", "nothing in it"):
+        with pytest.raises(ConfigError, match=r"--scenario a.yaml"), naming("--scenario", "a.yaml"):
+            raise ConfigError(problem)

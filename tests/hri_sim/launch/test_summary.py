@@ -1,0 +1,125 @@
+"""What is said of a run: the table, and the figures when the recording is missing."""
+
+from __future__ import annotations
+
+import io
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from hri_sim.launch.conductor import ReachReport
+from hri_sim.launch.record import Series
+from hri_sim.launch.reproduce import demo_row
+from hri_sim.launch.summary import print_table, succeeded, summarise, write_summary
+from hri_sim.media.frames import ReachMark, RunRecord
+from hri_sim.scenario.schema import Scenario
+from hri_sim.scenario.shipped import load_shipped
+
+
+@pytest.fixture
+def scenario() -> Scenario:
+    return load_shipped("table_reach")
+
+
+def _reports(scenario: Scenario, outcome: str = "reached") -> list[ReachReport]:
+    return [
+        ReachReport(
+            index=index,
+            target=reach.robot_target,
+            outcome=outcome,
+            reason="why",
+            cue_ns=index * 4_000_000_000,
+            end_ns=index * 4_000_000_000 + 2_000_000_000,
+            duration_s=12.34,
+            goal_error_m=0.001,
+            replans=1234,
+        )
+        for index, reach in enumerate(scenario.reaches)
+    ]
+
+
+def _series(scenario: Scenario, until_s: float) -> Series:
+    """A run whose recording ends at a time."""
+    times = np.arange(0.0, until_s, 0.1)
+    record = RunRecord(
+        scenario=scenario,
+        time_s=times,
+        q=np.zeros((len(times), 7)),
+        arms=np.zeros((len(times), len(scenario.persons), 4, 3)),
+        clearance_m=np.full(len(times), 0.05),
+        reaches=tuple(ReachMark(4.0 * i, 4.0 * i + 2.0) for i in range(len(scenario.reaches))),
+    )
+    empty = np.zeros(0)
+    return Series(0, record, empty, empty, empty, empty, empty.astype(int), empty, empty, {}, 0)
+
+
+@pytest.mark.parametrize("outcome", ["reached", "blocked"])
+def test_a_run_without_a_recording(scenario: Scenario, tmp_path: Path, outcome: str) -> None:
+    reports = _reports(scenario, outcome)
+    summary = summarise(None, reports, scenario=scenario, bag=tmp_path / "bag", seed=1)
+    write_summary(tmp_path / "summary.json", summary)
+    read: dict[str, Any] = json.loads((tmp_path / "summary.json").read_text())
+    assert read["outcome"] == outcome
+    assert succeeded(read) is (outcome == "reached")
+    assert read["touched"] is None
+    assert read["mocap_rate_hz"] is None
+    for reach in read["reaches"]:
+        assert reach["duration_s"] == 12.34
+        for name in ("goal_error_m", "min_clearance_m", "deadline_misses", "max_handover_jump_rad"):
+            assert reach[name] is None
+    console = Console(file=io.StringIO(), width=80)
+    print_table(console, read)
+    assert "recording ended" in console.file.getvalue()  # type: ignore[attr-defined]
+    assert demo_row(1, read).count("–") == 5
+
+
+def test_a_recording_that_ends_early_says_nothing_of_the_later_reaches(
+    scenario: Scenario, tmp_path: Path
+) -> None:
+    reports = _reports(scenario)
+    assert len(reports) > 1
+    series = _series(scenario, 4.5)
+    summary = summarise(series, reports, scenario=scenario, bag=tmp_path, seed=1)
+    first, second, *_ = summary["reaches"]
+    assert first["min_clearance_m"] == pytest.approx(0.05)
+    assert first["deadline_misses"] == 0
+    assert second["min_clearance_m"] is None
+    assert second["deadline_misses"] is None
+    assert summary["touched"] is None
+    whole = _series(scenario, 4.0 * len(reports))
+    assert summarise(whole, reports, scenario=scenario, bag=tmp_path, seed=1)["touched"] is False
+    whole.record.clearance_m[0] = 0.0
+    assert summarise(whole, reports, scenario=scenario, bag=tmp_path, seed=1)["touched"] is True
+
+
+def test_the_table_fits_80_columns() -> None:
+    reach = {
+        "outcome": "unreachable",
+        "reason": "why",
+        "goal_error_m": 0.1234,
+        "min_clearance_m": -0.1234,
+        "baseline_min_clearance_m": -0.1234,
+        "duration_s": 12.34,
+        "replans": 12345,
+        "deadline_misses": 1234,
+        "max_handover_jump_rad": 0.012345,
+    }
+    summary = {
+        "reaches": [reach] * 12,
+        "touched": False,
+        "latency_ms": {"mocap_to_trajectory": {"p50": None}},
+    }
+    console = Console(file=io.StringIO(), width=80)
+    print_table(console, summary)
+    text: str = console.file.getvalue()  # type: ignore[attr-defined]
+    assert "…" not in text
+    words = ("outcome", "error", "clear", "base", "time", "plans", "late", "jump", "mrad")
+    head = "\n".join(text.splitlines()[:6])
+    assert all(word in head for word in words)
+    row = next(line for line in text.splitlines() if "unreachable" in line)
+    for cell in ("123.4", "-12.3", "12.34", "12345", "1234", "12.345"):
+        assert cell in row
