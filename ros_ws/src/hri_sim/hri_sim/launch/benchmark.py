@@ -16,6 +16,7 @@ from rich.table import Table
 
 from hri_prediction.errors import GraphError, HriError
 from hri_sim.launch.folder import NewFolder
+from hri_sim.launch.origin import origin_line, results_origin
 from hri_sim.launch.run import RunOptions, RunResult, explain, run_graph
 from hri_sim.launch.summary import late_replans, percentiles
 from hri_sim.recording.benchmark import benchmark_recorder
@@ -60,7 +61,12 @@ def measure(
             recorder = max(recorder, result.sent_rate_hz)
     console.print("simulator", highlight=False)
     speed = measure_speed(load_shipped("table_reach"), seconds)
-    recorded = [run.series for run in runs if run.series is not None]
+    recorded = [
+        run.series
+        for run in runs
+        if run.series is not None
+        and all(reach["goal_error_m"] is not None for reach in run.summary["reaches"])
+    ]
     if len(recorded) < len(runs):
         raise GraphError(f"{len(runs) - len(recorded)} of {len(runs)} runs were not recorded")
     latencies = {
@@ -125,6 +131,8 @@ def write_results(out: Path, results: dict[str, Any], latencies: dict[str, np.nd
         f"outcomes: {', '.join(results['outcomes'])}. Latency counts from the capture of the newest "
         "sample that was used; the simulated sensor delay is not counted.",
         "",
+        origin_line(results["origin"]),
+        "",
         "| what | measured | wanted |",
         "| --- | --- | --- |",
         *(f"| {what} | {measured} | {wanted} |" for what, measured, wanted in rows(results)),
@@ -161,6 +169,7 @@ def benchmark(
     console = Console()
     try:
         NewFolder(out, "--out")
+        origin = results_origin()
         with tempfile.TemporaryDirectory(dir=out) as scratch:
             results, latencies = measure(
                 list(range(first_seed, first_seed + (1 if smoke else seeds))),
@@ -172,6 +181,7 @@ def benchmark(
     except HriError as error:
         explain(error, console)
         raise typer.Exit(1) from error
+    results["origin"] = origin
     write_results(out, results, latencies)
     table = Table()
     for name in ("what", "measured", "wanted"):

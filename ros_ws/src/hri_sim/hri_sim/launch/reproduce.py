@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -19,6 +20,7 @@ from hri_prediction.tracks.selection import nominal_reaches
 from hri_prediction.tracks.track import ArmTrack
 from hri_sim.launch.coverage import Coverage, prediction_coverage
 from hri_sim.launch.folder import NewFolder
+from hri_sim.launch.origin import origin_line, results_origin
 from hri_sim.launch.run import RunOptions, RunResult, explain, run_graph
 from hri_sim.launch.summary import late_replans, number
 from hri_sim.media.picture import draw_picture
@@ -26,28 +28,25 @@ from hri_sim.media.picture import draw_picture
 DATA_VARIABLE = "HRI_DATA_DIR"
 
 
-def _least(values: list[float | None]) -> float | None:
-    known = [value for value in values if value is not None]
-    return min(known) if known else None
-
-
-def _worst(reaches: list[dict[str, Any]], key: str) -> float | None:
-    known = [reach[key] for reach in reaches if reach[key] is not None]
-    return max(known) if known else None
+def _of_all(
+    choose: Callable[[list[float]], float], reaches: list[dict[str, Any]], key: str
+) -> float | None:
+    """Largest or smallest figure of all reaches; none when that of one of them is not known."""
+    values = [reach[key] for reach in reaches]
+    return choose(values) if values and None not in values else None
 
 
 def demo_row(seed: int, summary: dict[str, Any]) -> str:
     """One line of the demo table."""
     reaches = summary["reaches"]
-    clear = _least([reach["min_clearance_m"] for reach in reaches])
     cells = (
         str(seed),
         summary["outcome"],
-        number(_worst(reaches, "goal_error_m"), ".1f", 1e3),
-        number(clear, ".1f", 100.0),
+        number(_of_all(max, reaches, "goal_error_m"), ".1f", 1e3),
+        number(_of_all(min, reaches, "min_clearance_m"), ".1f", 100.0),
         number(summary["baseline_min_clearance_m"], ".1f", 100.0),
         " / ".join(f"{reach['duration_s']:.1f}" for reach in reaches),
-        number(_worst(reaches, "max_handover_jump_rad"), ".1e"),
+        number(_of_all(max, reaches, "max_handover_jump_rad"), ".1e"),
         "{} of {}".format(*late_replans(reaches)),
         number(summary["latency_ms"]["mocap_to_trajectory"]["p99"], ".0f"),
     )
@@ -74,7 +73,9 @@ def reproduce_demo(
     """Run the demo for several seeds and write the table of all of them."""
     console = Console()
     try:
+        _make(out)
         NewFolder(runs, "--runs")
+        origin = results_origin()
         summaries = {}
         for seed in range(first_seed, first_seed + seeds):
             console.print(f"seed {seed}", highlight=False)
@@ -86,8 +87,14 @@ def reproduce_demo(
     except HriError as error:
         explain(error, console)
         raise typer.Exit(1) from error
-    out.mkdir(parents=True, exist_ok=True)
-    (out / "demo.json").write_text(json.dumps(summaries, indent=1, allow_nan=False) + "\n")
+    write_demo(out, origin, summaries)
+    console.print(f"table: {out / 'demo.md'}", highlight=False)
+
+
+def write_demo(out: Path, origin: dict[str, Any], summaries: dict[int, dict[str, Any]]) -> None:
+    """``demo.json`` and ``demo.md`` of the summaries by seed."""
+    content = {"origin": origin, "seeds": summaries}
+    (out / "demo.json").write_text(json.dumps(content, indent=1, allow_nan=False) + "\n")
     reaches = [reach for summary in summaries.values() for reach in summary["reaches"]]
     misses, planned = late_replans(reaches)
     reached = sum(reach["outcome"] == "reached" for reach in reaches)
@@ -100,16 +107,28 @@ def reproduce_demo(
             "the smallest true distance between robot and arm from the cue of the first reach to the "
             "end; the baseline is the same scene and person without replanning.",
             "",
+            origin_line(origin),
+            "",
             DEMO_HEAD,
             *(demo_row(seed, summary) for seed, summary in summaries.items()),
             "",
-            f"{reached} of {3 * seeds} reaches reached, {clear} with true clearance > 0 throughout; "
-            f"{misses} of {planned} replans late ({100.0 * misses / max(planned, 1):.2f} %).",
+            f"{reached} of {3 * len(summaries)} reaches reached, {clear} with true clearance > 0 "
+            f"throughout; {misses} of {planned} replans late "
+            f"({100.0 * misses / max(planned, 1):.2f} %).",
             "",
         ]
     )
     (out / "demo.md").write_text(text)
-    console.print(f"table: {out / 'demo.md'}", highlight=False)
+
+
+def _make(out: Path) -> None:
+    """Make the folder for results before hours are spent on them."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ConfigError(
+            f"cannot make --out {out}: {error.strerror}", hint="choose another with --out"
+        ) from error
 
 
 @dataclass(frozen=True)
@@ -209,7 +228,7 @@ def replay_row(name: str, summary: dict[str, Any], coverage: Coverage | None) ->
         name,
         outcome,
         f"{reached} of {len(reaches)}",
-        number(_least([reach["min_clearance_m"] for reach in reaches]), ".1f", 100.0),
+        number(_of_all(min, reaches, "min_clearance_m"), ".1f", 100.0),
         number(summary["baseline_min_clearance_m"], ".1f", 100.0),
         *shares,
     )
@@ -239,7 +258,9 @@ def reproduce_replay(
     try:
         if not data.is_dir():
             raise ConfigError(f"{DATA_VARIABLE} = {data}", expected="a folder with recordings")
+        _make(out)
         NewFolder(runs, "--runs")
+        origin = results_origin()
         results: dict[str, Any] = {}
         table = []
         for index, case in enumerate(dfki_cases(data, dfki) + vicon_cases(data, vicon)):
@@ -255,8 +276,16 @@ def reproduce_replay(
     except HriError as error:
         explain(error, console)
         raise typer.Exit(1) from error
-    out.mkdir(parents=True, exist_ok=True)
-    (out / "replay.json").write_text(json.dumps(results, indent=1, allow_nan=False) + "\n")
+    write_replay(out, origin, results, table)
+    console.print(f"table: {out / 'replay.md'}", highlight=False)
+
+
+def write_replay(
+    out: Path, origin: dict[str, Any], results: dict[str, Any], table: list[str]
+) -> None:
+    """``replay.json`` of the results by recording, and ``replay.md`` with the rows of its table."""
+    content = {"origin": origin, "recordings": results}
+    (out / "replay.json").write_text(json.dumps(content, indent=1, allow_nan=False) + "\n")
     text = "\n".join(
         [
             "# Real people, replayed through the live graph",
@@ -267,13 +296,14 @@ def reproduce_replay(
             "by seed so that its nominal motion collides with the recording; no planner's outcome is "
             "looked at. Regions and errors: wrist, all horizons, while reaching.",
             "",
+            origin_line(origin),
+            "",
             REPLAY_HEAD,
             *table,
             "",
         ]
     )
     (out / "replay.md").write_text(text)
-    console.print(f"table: {out / 'replay.md'}", highlight=False)
 
 
 def main_demo() -> int:

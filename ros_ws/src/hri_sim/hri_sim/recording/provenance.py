@@ -68,9 +68,27 @@ def custom_data(provenance: dict[str, Any]) -> dict[str, str]:
 
 def git_revision(folder: Path) -> str:
     """Revision of the checkout that holds a folder, ``-dirty`` if changed; empty if none."""
+    return _git(folder, "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*")
+
+
+def describe_commit(root: Path) -> str:
+    """Name of a checkout's commit, from the last tag on, ``-dirty`` if code was changed; or empty.
+
+    Args:
+        root: Top folder of the checkout; empty is returned for any other.
+    """
+    if not (root / ".git").exists():  # an unpacked archive, perhaps inside somebody's repository
+        return ""
+    name = _git(root, "describe", "--always", "--tags", "--abbrev=12")
+    changed = _git(root, "status", "--porcelain", "--", "ros_ws", "scripts", "requirements")
+    return f"{name}-dirty" if name and changed else name
+
+
+def _git(folder: Path, *arguments: str) -> str:
+    """What git answers; empty when it fails or is not there."""
     try:
         found = subprocess.run(
-            ["git", "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"],
+            ["git", *arguments],
             cwd=folder,
             capture_output=True,
             text=True,

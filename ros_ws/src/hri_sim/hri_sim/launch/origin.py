@@ -1,0 +1,50 @@
+"""What a file with results says of where they come from: commit, date, machine."""
+
+from __future__ import annotations
+
+import os
+import platform
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from hri_sim.recording.provenance import describe_commit
+
+UNKNOWN = "unknown"
+
+
+def results_origin() -> dict[str, Any]:
+    """Commit (``git describe``), date and machine; to be asked for before anything is measured.
+
+    The commit is that of the checkout whose scripts were started; outside a repository it is
+    ``unknown``.
+    """
+    root = os.environ.get("HRI_PROJECT_ROOT")
+    return {
+        "commit": (describe_commit(Path(root)) if root else "") or UNKNOWN,
+        "date": datetime.now(UTC).date().isoformat(),
+        "machine": {
+            "cpu": cpu_model(),
+            "cores": len(os.sched_getaffinity(0)),
+            "python": platform.python_version(),
+        },
+    }
+
+
+def origin_line(origin: dict[str, Any]) -> str:
+    """The same as a line of a report."""
+    machine = origin["machine"]
+    return (
+        f"Commit {origin['commit']}, {origin['date']}; {machine['cpu']}, "
+        f"{machine['cores']} cores, Python {machine['python']}."
+    )
+
+
+def cpu_model(info: Path = Path("/proc/cpuinfo")) -> str:
+    """Name of the processor as the kernel tells it, or at least its architecture."""
+    try:
+        lines = info.read_text().splitlines()
+    except OSError:
+        lines = []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return next((name for name in names if name), platform.machine() or UNKNOWN)
