@@ -155,6 +155,11 @@ def test_a_signal_stops_the_robot_then_all_nodes(
     assert is_closed(file)
     with Reader(run.out / "bag") as reader:
         assert reader.message_count > 500
+    summary = json.loads((run.out / "summary.json").read_text())
+    assert summary["outcome"] == "interrupted"
+    assert summary["reaches"][-1]["outcome"] == "interrupted"
+    assert summary["reaches"][-1]["min_clearance_m"] is not None
+    assert "Reaches" in run.text
     stopped = assert_at_rest_within(run.out / "bag", clock, 400.0)
     for log in (run.out / "log").glob("*.log"):
         assert "Traceback" not in log.read_text(), log.read_text()
@@ -172,6 +177,9 @@ def test_a_killed_node_stops_the_robot(launch: Launch, name: str) -> None:
     assert f"node {name} was ended by SIGKILL" in run.text
     assert "Traceback" not in run.text
     assert not still_running(nodes, 0.5)
+    (reach,) = json.loads((run.out / "summary.json").read_text())["reaches"]
+    assert reach["outcome"] == "interrupted"
+    assert reach["reason"] == f"node {name} was ended by SIGKILL"
     took = assert_at_rest_within(run.out / "bag", killed, 200.0)
     print(f"{name} killed: at rest after {took:.0f} ms")
 
@@ -219,9 +227,11 @@ def test_a_recorder_killed_before_it_recorded_does_not_end_the_run(launch: Launc
     assert "no figures of the recording" in run.text
     summary = json.loads((run.out / "summary.json").read_text())
     assert summary["outcome"] == "reached"
-    assert summary["touched"] is None
-    assert summary["reaches"][0]["goal_error_m"] is None
-    assert summary["reaches"][0]["replans"] > 0
+    (reach,) = summary["reaches"]
+    assert reach["goal_error_m"] is None
+    assert reach["min_clearance_m"] > 0.0  # as seen live
+    assert summary["touched"] is False
+    assert reach["replans"] > 0
     assert not still_running(nodes, 0.5)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from hri_prediction.errors import ConfigError
+from hri_prediction.errors import ConfigError, GraphError
 from hri_sim.launch.folder import NewFolder, RunFolders, naming
 from hri_sim.launch.parameters import CONFIGURATIONS, complete_parameters
 from hri_sim.launch.run import RunOptions, node_specs
@@ -62,6 +62,33 @@ def test_folders_are_left_as_they_were_unless_kept(tmp_path: Path) -> None:
         (out / "scenario.yaml").write_text("")
         folders.keep()
     assert (out / "scenario.yaml").exists()
+
+
+def test_a_try_that_did_not_begin_does_not_bar_the_next(tmp_path: Path) -> None:
+    """Whatever nodes have left that ran into an error before the run began, or were stopped."""
+    out, bag = tmp_path / "run", tmp_path / "bag"
+
+    def attempt(error: BaseException) -> None:
+        with RunFolders(out, bag, ("scenario.yaml",)):
+            for path in (out / "log", out / "parameters", bag):
+                path.mkdir()
+                (path / "something").write_text("")
+            (out / "scenario.yaml").write_text("")
+            raise error
+
+    with pytest.raises(GraphError):
+        attempt(GraphError("not ready"))
+    assert not bag.exists()
+    assert [path.name for path in out.iterdir()] == ["log"]  # the message points to them
+    assert (out / "log" / "something").exists()
+    with pytest.raises(KeyboardInterrupt):
+        attempt(KeyboardInterrupt())
+    assert not bag.exists()
+    assert list(out.iterdir()) == []
+    (out / "log").mkdir()
+    (out / "log" / "something").write_text("mine")
+    with pytest.raises(ConfigError, match="is not empty"):
+        RunFolders(out, bag, ())
 
 
 def test_an_error_names_the_option(tmp_path: Path) -> None:

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from hri_sim.launch.conductor import ReachReport
-from hri_sim.launch.record import Series
-from hri_sim.launch.reproduce import demo_row
+from hri_sim.launch.record import Series, with_baseline
+from hri_sim.launch.reports import ReachReport
+from hri_sim.launch.reproduce import demo_row, replay_row
 from hri_sim.launch.summary import print_table, succeeded, summarise, write_summary
 from hri_sim.media.frames import ReachMark, RunRecord
 from hri_sim.scenario.schema import Scenario
@@ -25,7 +25,9 @@ def scenario() -> Scenario:
     return load_shipped("table_reach")
 
 
-def _reports(scenario: Scenario, outcome: str = "reached") -> list[ReachReport]:
+def _reports(
+    scenario: Scenario, outcome: str = "reached", live_m: float | None = None
+) -> list[ReachReport]:
     return [
         ReachReport(
             index=index,
@@ -34,9 +36,10 @@ def _reports(scenario: Scenario, outcome: str = "reached") -> list[ReachReport]:
             reason="why",
             cue_ns=index * 4_000_000_000,
             end_ns=index * 4_000_000_000 + 2_000_000_000,
+            over_ns=index * 4_000_000_000 + 3_000_000_000,
             duration_s=12.34,
-            goal_error_m=0.001,
             replans=1234,
+            min_clearance_m=live_m,
         )
         for index, reach in enumerate(scenario.reaches)
     ]
@@ -87,13 +90,53 @@ def test_a_recording_that_ends_early_says_nothing_of_the_later_reaches(
     first, second, *_ = summary["reaches"]
     assert first["min_clearance_m"] == pytest.approx(0.05)
     assert first["deadline_misses"] == 0
+    assert second["goal_error_m"] is None
     assert second["min_clearance_m"] is None
     assert second["deadline_misses"] is None
     assert summary["touched"] is None
+    # The worst of all is not known when one is not.
+    assert demo_row(1, summary).split("|")[3:5] == [" – ", " – "]
+    assert replay_row("x", summary, None).split("|")[4] == " – "
     whole = _series(scenario, 4.0 * len(reports))
     assert summarise(whole, reports, scenario=scenario, bag=tmp_path, seed=1)["touched"] is False
     whole.record.clearance_m[0] = 0.0
     assert summarise(whole, reports, scenario=scenario, bag=tmp_path, seed=1)["touched"] is True
+
+
+@pytest.mark.parametrize(("live_m", "touched"), [(0.03, False), (-0.002, True)])
+def test_what_was_seen_live_counts_where_the_recording_ended(
+    scenario: Scenario, tmp_path: Path, live_m: float, touched: bool
+) -> None:
+    reports = _reports(scenario, live_m=live_m)
+    for until_s in (4.5, 6.5):  # the robot was there, but the person was not through
+        series = _series(scenario, until_s)
+        summary = summarise(series, reports, scenario=scenario, bag=tmp_path, seed=1)
+        first, second, *_ = summary["reaches"]
+        assert first["min_clearance_m"] == pytest.approx(0.05)
+        assert second["min_clearance_m"] == live_m
+        assert summary["touched"] is touched
+        assert succeeded(summary) is not touched
+    unrecorded = summarise(None, reports, scenario=scenario, bag=tmp_path, seed=1)
+    assert [reach["min_clearance_m"] for reach in unrecorded["reaches"]] == [live_m] * len(reports)
+    assert unrecorded["touched"] is touched
+
+
+def test_a_run_that_was_broken_off(scenario: Scenario, tmp_path: Path) -> None:
+    reports = _reports(scenario)
+    for begun in (0, 1):
+        summary = summarise(None, reports[:begun], scenario=scenario, bag=tmp_path, seed=1)
+        assert summary["outcome"] == "interrupted"
+        assert len(summary["reaches"]) == begun
+        assert summary["touched"] is None
+        print_table(Console(file=io.StringIO()), summary)
+
+
+def test_no_baseline_for_what_was_not_recorded(scenario: Scenario) -> None:
+    record = with_baseline(_series(scenario, 1.5).record)
+    assert record.baseline is None
+    record = with_baseline(_series(scenario, 4.5).record)
+    assert record.baseline is not None
+    assert record.baseline.time_s[-1] == pytest.approx(4.5, abs=0.2)
 
 
 def test_the_table_fits_80_columns() -> None:

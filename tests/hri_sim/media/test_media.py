@@ -2,6 +2,7 @@
 
 import os
 import subprocess
+from dataclasses import replace
 
 import imageio_ffmpeg
 import matplotlib.image
@@ -70,6 +71,13 @@ def test_picture_of_any_run(tmp_path, options):
     pixels = matplotlib.image.imread(path)
     assert pixels.shape[:2] == (492, 660)
     assert pixels[..., :3].std() > 0.05
+
+
+@pytest.mark.filterwarnings("error")
+def test_picture_of_a_recording_that_ended_before_the_reaches(tmp_path):
+    marks = (ReachMark(0.3, 4.5, "cut off"), ReachMark(6.0, 8.0, "not recorded"))
+    path = draw_picture(replace(make_record(), reaches=marks), tmp_path / "run.png", dpi=60)
+    assert path.stat().st_size > 5000
 
 
 def test_picture_as_vector_graphics(tmp_path):

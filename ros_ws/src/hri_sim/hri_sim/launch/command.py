@@ -8,6 +8,7 @@ import typer
 from rich.console import Console
 
 from hri_prediction.errors import HriError
+from hri_sim.launch.folder import LOGS
 from hri_sim.launch.run import RunOptions, explain, run_graph
 from hri_sim.launch.summary import print_table, succeeded
 
@@ -44,8 +45,9 @@ def conduct(options: RunOptions, console: Console, *, picture: bool, video: bool
         explain(error, console)
         raise typer.Exit(1) from error
     except (KeyboardInterrupt, SystemExit) as error:
-        if folder.exists():
-            console.print(f"stopped; what was recorded is in {folder}", highlight=False)
+        begun = (folder / LOGS).exists()
+        where = f"; what was recorded is in {folder}" if begun else " before the run had begun"
+        console.print(f"stopped{where}", highlight=False, markup=False, soft_wrap=True)
         if isinstance(error, SystemExit):
             raise
         raise typer.Exit(130) from None

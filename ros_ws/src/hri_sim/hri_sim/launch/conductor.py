@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import Any
 
 import rclpy
@@ -21,25 +22,20 @@ from hri_prediction.ros.conversions import WORLD
 from hri_prediction.ros.messages import Cue, PlannerStatus, ReachTarget, SimState
 from hri_prediction.ros.qos import SENSOR, reliable
 from hri_prediction.ros.time import seconds_to_ns, to_time
+from hri_sim.launch.folder import LOGS
+from hri_sim.launch.reports import INTERRUPTED, OUTCOMES, ReachReport
 from hri_sim.launch.supervisor import Death, Supervisor
 from hri_sim.scenario.schema import Scenario
 
-OUTCOMES = {
-    ReachTarget.Result.REACHED: "reached",
-    ReachTarget.Result.CANCELLED: "cancelled",
-    ReachTarget.Result.UNREACHABLE: "unreachable",
-    ReachTarget.Result.BLOCKED: "blocked",
-    ReachTarget.Result.LOST_INPUT: "lost_input",
-    ReachTarget.Result.REJECTED: "rejected",
-    ReachTarget.Result.PREEMPTED: "preempted",
-    ReachTarget.Result.FAILED: "failed",
-}
 DISCOVERY_S = 1.0
 """How long to look for another graph before the start [s]."""
 CUE_LEAD_S = 0.1
 """The cue is sent this long before the reach begins, so that everyone has it in time [s]."""
-VITAL_TOPICS = ("/sim/state", "/joint_states", "/joint_trajectory_controller/reference")
-"""A recorder that does not hear these yet would miss the begin of the run."""
+VITAL_TOPICS = ("sim/state", "joint_states", "joint_trajectory_controller/reference")
+PERSON_TOPICS = ("humans/bodies/{}/arm", "sim/bodies/{}/arm")
+"""A recorder that does not hear these yet, and those of each person, would miss the begin of the run."""
+FAR_M = 1e8
+"""Clearances beyond this mean that nobody is there [m]."""
 PATIENCE_S = 20.0
 """How long a node may warn before the run begins all the same [s]."""
 STOP_S = 0.4
@@ -50,33 +46,6 @@ REST_SPEED = 0.02
 """Joint speed below which the robot counts as at rest [rad/s]."""
 REST_S = 0.5
 """Rest between reaches, in which the predictor sees that nobody moves [s]."""
-
-
-@dataclass(frozen=True)
-class ReachReport:
-    """How one reach went.
-
-    Attributes:
-        index: Number of the reach in the scenario.
-        target: Name of the robot's target.
-        outcome: One of :data:`OUTCOMES`.
-        reason: In plain words.
-        cue_ns: When the reach began, on the ROS clock [ns].
-        end_ns: When its result came [ns].
-        duration_s: From acceptance of the goal to its end [s].
-        goal_error_m: Distance of the tool to the goal at the end [m].
-        replans: Plans that took effect.
-    """
-
-    index: int
-    target: str
-    outcome: str
-    reason: str
-    cue_ns: int
-    end_ns: int
-    duration_s: float
-    goal_error_m: float
-    replans: int
 
 
 class NodeDeath(GraphError):
@@ -126,12 +95,29 @@ class Conductor:
         self._health: dict[str, DiagnosticStatus] = {}
         self._state: SimState | None = None
         self._status: PlannerStatus | None = None
-        self._smallest = float("inf")
+        self._reports: list[ReachReport] = []
+        self._closest: list[float] = []
         self._node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 50)
         self._node.create_subscription(SimState, "sim/state", self._on_state, SENSOR)
         self._node.create_subscription(PlannerStatus, "ptomp/status", self._on_status, reliable(10))
         self._next_say = 0.0
         self._goal: Any = None
+        self._cue_ns = 0
+        self._accepted_s = 0.0
+        self._vital = [self._node.resolve_topic_name(topic) for topic in vital_topics(scenario)]
+
+    @property
+    def begun(self) -> bool:
+        """Whether the run has begun: all nodes were ready."""
+        return self._begun
+
+    @property
+    def reports(self) -> list[ReachReport]:
+        """How the reaches that were begun have gone so far."""
+        return [
+            replace(report, min_clearance_m=closest if closest < FAR_M else None)
+            for report, closest in zip(self._reports, self._closest, strict=False)
+        ]
 
     def close(self) -> None:
         """Destroy node and context."""
@@ -140,8 +126,14 @@ class Conductor:
         self._node.destroy_node()
         rclpy.try_shutdown()
 
-    def let_robot_stop(self) -> None:
-        """Cancel the motion and leave the stop chain its time: nodes are stopped only afterwards."""
+    def break_off(self, reason: str) -> None:
+        """Cancel the motion and leave the stop chain its time: nodes are stopped only afterwards.
+
+        Args:
+            reason: Why; said of the reach that is under way.
+        """
+        if len(self._reports) < len(self._closest):
+            self._report_interrupted(reason)
         if self._goal is not None:
             self._goal.cancel_goal_async()
         fastest = [0.0]
@@ -162,7 +154,8 @@ class Conductor:
 
     def _on_state(self, message: SimState) -> None:
         self._state = message
-        self._smallest = min(self._smallest, message.clearance)
+        if self._closest:
+            self._closest[-1] = min(self._closest[-1], message.clearance)
 
     def _on_status(self, message: PlannerStatus) -> None:
         self._status = message
@@ -231,7 +224,7 @@ class Conductor:
             if time.monotonic() > patience:
                 return labels - self._health.keys()
             well = {name for name, s in self._health.items() if s.level == DiagnosticStatus.OK}
-            if "recorder" in well and not _hears(self._health["recorder"], VITAL_TOPICS):
+            if "recorder" in well and not _hears(self._health["recorder"], self._vital):
                 well.remove("recorder")
             return labels - well
 
@@ -248,24 +241,21 @@ class Conductor:
             missing = absent()
             raise GraphError(
                 f"not ready after {timeout_s:.0f} s: {', '.join(sorted(missing)) or self._action}",
-                hint=f"see the logs in {self._supervisor.folder / 'log'}",
+                hint=f"see the logs in {self._supervisor.folder / LOGS}",
             ) from error
 
     # ------------------------------------------------------------------ acting
-    def run(self) -> list[ReachReport]:
-        """Conduct all reaches; ends early after one that was not reached."""
+    def run(self) -> None:
+        """Conduct all reaches; ends early after one that was not reached. See :attr:`reports`."""
         self._begun = True
-        reports = []
         for index in range(len(self._scenario.reaches)):
             self.rest(REST_S)
-            report = self._reach(index)
-            reports.append(report)
-            if report.outcome != "reached":
+            self._reach(index)
+            if self._reports[-1].outcome != "reached":
                 break
         self.rest(REST_S)
-        return reports
 
-    def _reach(self, index: int) -> ReachReport:
+    def _reach(self, index: int) -> None:
         reach = self._scenario.reaches[index]
         cue_ns = self.now_ns() + seconds_to_ns(CUE_LEAD_S)
         cue = Cue(reach=index, delay=reach.person_delay, duration=reach.person_duration)
@@ -273,6 +263,8 @@ class Conductor:
         cue.header.frame_id = WORLD
         cue.person_target = reach.person_target or ""
         self._cues.publish(cue)
+        self._cue_ns = cue_ns
+        self._closest.append(math.inf)
         self.spin_until(lambda: self.now_ns() >= cue_ns, 5.0, "the cue")
 
         goal = ReachTarget.Goal(target=reach.robot_target, duration=reach.duration)
@@ -280,13 +272,13 @@ class Conductor:
         goal.pose.header.frame_id = WORLD
         goal.pose.pose.position.x, goal.pose.pose.position.y = x, y
         goal.pose.pose.position.z = z
-        self._smallest = float("inf")
+        self._status = None  # what it says of the motion before does not count
         sent = self._client.send_goal_async(goal)
         self.spin_until(sent.done, 5.0, f"an answer of {self._action}")
         handle: Any = sent.result()
         if not handle.accepted:
             raise GraphError(f"{self._action} refused the goal {reach.robot_target!r}")
-        self._goal = handle
+        self._goal, self._accepted_s = handle, time.monotonic()
         future = handle.get_result_async()
 
         def finished() -> bool:
@@ -300,20 +292,40 @@ class Conductor:
         if answer.status == GoalStatus.STATUS_UNKNOWN:
             raise GraphError(f"{self._action} lost the goal {reach.robot_target!r}")
         end_ns = self.now_ns()
-        # The person may still be on the way: the robot must stay clear of that too.
-        person_end_ns = cue_ns + seconds_to_ns(reach.person_delay + 1.4 * reach.person_duration)
-        if reach.person_target:
-            self.spin_until(lambda: self.now_ns() >= person_end_ns, 30.0, "the person's rest")
-        return ReachReport(
+        report = ReachReport(
             index=index,
             target=reach.robot_target,
             outcome=OUTCOMES.get(result.outcome, "failed"),
             reason=result.reason,
             cue_ns=cue_ns,
             end_ns=end_ns,
+            over_ns=end_ns,
             duration_s=float(result.duration),
-            goal_error_m=float(result.goal_error),
             replans=int(result.replans),
+        )
+        self._reports.append(report)
+        # The person may still be on the way: the robot must stay clear of that too.
+        person_end_ns = cue_ns + seconds_to_ns(reach.person_delay + 1.4 * reach.person_duration)
+        if reach.person_target:
+            self.spin_until(lambda: self.now_ns() >= person_end_ns, 30.0, "the person's rest")
+        self._reports[-1] = replace(report, over_ns=self.now_ns())
+
+    def _report_interrupted(self, reason: str) -> None:
+        index = len(self._reports)
+        now_ns = self.now_ns()
+        moved = self._goal is not None
+        self._reports.append(
+            ReachReport(
+                index=index,
+                target=self._scenario.reaches[index].robot_target,
+                outcome=INTERRUPTED,
+                reason=reason,
+                cue_ns=self._cue_ns,
+                end_ns=now_ns,
+                over_ns=now_ns,
+                duration_s=time.monotonic() - self._accepted_s if moved else 0.0,
+                replans=self._status.replan if moved and self._status is not None else 0,
+            )
         )
 
     def _say_status(self, index: int) -> None:
@@ -326,12 +338,19 @@ class Conductor:
             words.append(stages[min(self._status.stage, len(stages) - 1)])
             words.append(f"{self._status.distance_to_goal * 100:5.1f} cm to go")
             words.append(f"replans {self._status.replan}")
-        if self._state is not None and self._state.clearance < 1e8:
-            least = f" (least {self._smallest * 100:.1f})" if self._smallest < 1e8 else ""
+        if self._state is not None and self._state.clearance < FAR_M:
+            closest = self._closest[-1]
+            least = f" (least {closest * 100:.1f})" if closest < FAR_M else ""
             words.append(f"clear {self._state.clearance * 100:5.1f} cm{least}")
         if self._status is not None and self._status.reason:
             words.append(self._status.reason)
         self._say(" · ".join(words))
+
+
+def vital_topics(scenario: Scenario) -> list[str]:
+    """Topics without which a recording of a scenario is none, relative to the conductor's namespace."""
+    bodies = [person.id for person in scenario.persons]
+    return [*VITAL_TOPICS, *(topic.format(body) for body in bodies for topic in PERSON_TOPICS)]
 
 
 def _hears(recorder: DiagnosticStatus, topics: Sequence[str]) -> bool:

@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 import contextlib
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from types import TracebackType
 
 from hri_prediction.errors import ConfigError, HriError
 
+LOGS, PARAMETERS, BAG = "log", "parameters", "bag"
+"""Folders of a run."""
+NOT_BEGUN = "did_not_begin"
+"""A file among the logs that says that there was no run: the next one may use the folder."""
+
 
 class NewFolder:
     """A new or empty folder, made with its parents; what was made can be taken back.
+
+    One that only holds the logs of a run that did not begin counts as empty, and is emptied.
 
     Args:
         folder: Path of it.
@@ -27,6 +35,10 @@ class NewFolder:
         self._made = [path for path in (folder, *folder.parents) if not path.exists()]
         try:
             folder.mkdir(parents=True, exist_ok=True)
+            if [path.name for path in folder.iterdir()] == [LOGS] and (
+                folder / LOGS / NOT_BEGUN
+            ).is_file():
+                shutil.rmtree(folder / LOGS)
             if any(folder.iterdir()):
                 raise ConfigError(
                     f"{option} {folder} is not empty",
@@ -44,11 +56,10 @@ class NewFolder:
                 hint=f"choose another with {option}",
             ) from error
 
-    def discard(self, *files: str) -> None:
-        """Remove some files of it, and the folders that were made for it and are empty."""
-        for name in files:
-            with contextlib.suppress(OSError):
-                (self.path / name).unlink()
+    def discard(self, *names: str) -> None:
+        """Remove some files and folders of it, and those that were made for it and are empty."""
+        for name in names:
+            remove(self.path / name)
         if self._existed:
             with contextlib.suppress(OSError):
                 self.path.mkdir(exist_ok=True)
@@ -57,8 +68,19 @@ class NewFolder:
                 folder.rmdir()
 
 
+def remove(path: Path) -> None:
+    """Remove a file or a folder with all that it holds, if it is there and can be removed."""
+    with contextlib.suppress(OSError):
+        if path.is_dir():
+            shutil.rmtree(path)
+        else:
+            path.unlink()
+
+
 class RunFolders:
     """Folder of a run and its bag's; unless :meth:`keep` is called, they are left as they were.
+
+    Only the logs of nodes that ran into an error stay, marked so that they do not bar the next try.
 
     Args:
         out: Folder of the run.
@@ -72,7 +94,7 @@ class RunFolders:
     def __init__(self, out: Path, bag: Path | None, files: tuple[str, ...]) -> None:
         self._files = files
         self._kept = False
-        self.bag = (bag or out / "bag").resolve()
+        self.bag = (bag or out / BAG).resolve()
         if bag is not None and self.bag in (out.resolve(), *out.resolve().parents):
             raise ConfigError(
                 f"--record {bag} is or holds the folder of the run, {out}",
@@ -89,7 +111,7 @@ class RunFolders:
                 raise
 
     def keep(self) -> None:
-        """What is in them now is worth something."""
+        """The run begins: what is in them from now on is worth something."""
         self._kept = True
 
     def __enter__(self) -> RunFolders:
@@ -101,9 +123,19 @@ class RunFolders:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        if not self._kept:
-            for folder in reversed(self._folders):
-                folder.discard(*self._files)
+        if self._kept:
+            return
+        run, *others = self._folders
+        if others:
+            remove(self.bag)
+        logs = run.path / LOGS
+        if isinstance(error, HriError) and logs.is_dir():
+            (logs / NOT_BEGUN).write_text(f"{error}\n")
+        else:
+            remove(logs)
+        run.discard(*self._files, PARAMETERS, BAG)
+        for folder in others:
+            folder.discard()
 
 
 @contextlib.contextmanager

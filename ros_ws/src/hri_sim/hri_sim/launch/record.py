@@ -15,7 +15,7 @@ from hri_prediction.bags.reader import BagReader
 from hri_prediction.errors import DataError
 from hri_prediction.ros.messages import HumanPrediction
 from hri_prediction.ros.time import NANO, to_ns
-from hri_sim.launch.conductor import ReachReport
+from hri_sim.launch.reports import ReachReport
 from hri_sim.media.frames import BaselineTrack, PredictionMark, ReachMark, RunRecord
 from hri_sim.scenario.schema import Scenario
 from hri_sim.simulator.baseline import run_baseline
@@ -187,10 +187,12 @@ def _predictions(data: dict[str, list[tuple[int, Any]]], origin: int) -> tuple[P
 def with_baseline(record: RunRecord) -> RunRecord:
     """The record with the same scene and people, and nominal motions without replanning.
 
-    The people are the recorded truth, the simulator the same, contacts are off.
+    The people are the recorded truth, the simulator the same, contacts are off. Reaches whose end was
+    not recorded are left out; without any other there is no baseline.
     """
     scenario = record.scenario
-    if not scenario.persons or not record.reaches:
+    starts = [mark.start_s for mark in record.reaches if mark.end_s <= record.time_s[-1]]
+    if not scenario.persons or not starts:
         return record
     truth: dict[str, Any] = {}
     for index, person in enumerate(scenario.persons):
@@ -199,8 +201,8 @@ def with_baseline(record: RunRecord) -> RunRecord:
         if not seen.any():
             continue
         truth[person.id] = _interpolator(record.time_s[seen], arm[seen])
-    starts = [mark.start_s for mark in record.reaches]
-    hold = max(float(record.time_s[-1]) - starts[-1] - scenario.reaches[-1].duration, 0.6)
+    last = scenario.reaches[len(starts) - 1]
+    hold = max(float(record.time_s[-1]) - starts[-1] - last.duration, 0.6)
     result = run_baseline(scenario, truth, starts, hold_s=hold)
     return replace(
         record,

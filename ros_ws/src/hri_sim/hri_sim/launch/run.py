@@ -25,7 +25,7 @@ from hri_sim.launch.conductor import Conductor, NodeDeath
 from hri_sim.launch.folder import RunFolders, naming
 from hri_sim.launch.parameters import complete_parameters, read_parameters
 from hri_sim.launch.record import Series, read_run, with_baseline
-from hri_sim.launch.summary import summarise, write_summary
+from hri_sim.launch.summary import print_table, summarise, write_summary
 from hri_sim.launch.supervisor import NodeSpec, Supervisor
 from hri_sim.people.seeding import training_generator
 from hri_sim.people.training import scenario_training
@@ -259,6 +259,8 @@ def _status_line(console: Console) -> Iterator[Callable[[str], None]]:
 def run_graph(options: RunOptions, console: Console) -> RunResult:
     """Run a scenario in the live graph, every node its own process.
 
+    A run that is broken off, by an error or by Ctrl-C, is summed up too before that is passed on.
+
     Raises:
         ConfigError: when the options do not fit, or a folder cannot be written.
         NodeDeath: when a node that the run needs ended by itself.
@@ -279,28 +281,30 @@ def _run_graph(options: RunOptions, console: Console, folders: RunFolders) -> Ru
         read_parameters(options.parameters),
         f"--parameters {options.parameters}",
     )
+    cpu_cores = 0.0
+    broken: BaseException | None = None
     with _status_line(console) as say, Supervisor(options.out) as supervisor:
         conductor = Conductor(scenario, supervisor, say, tell=lambda text: _print(console, text))
         try:
             conductor.check_alone([spec.label for spec in specs])
-            try:
-                supervisor.start(specs)
-            finally:
-                if supervisor.labels:
-                    folders.keep()
+            supervisor.start(specs)
             conductor.wait_ready(READY_TIMEOUT_S)
+            folders.keep()
             load = CpuMeter([*supervisor.pids.values(), os.getpid()])
-            reports = conductor.run()
+            conductor.run()
             cpu_cores = load.cores()
-        except BaseException:  # also Ctrl-C
-            conductor.let_robot_stop()
-            raise
+        except BaseException as error:  # also Ctrl-C
+            conductor.break_off(_why(error))
+            if not conductor.begun:
+                raise
+            broken = error
         finally:
             conductor.close()
         say("stopping")
         killed = supervisor.stop()
     if killed:
         console.print(f"had to be killed: {', '.join(killed)}", highlight=False)
+    reports = conductor.reports
     simulated = options.human == "simulated" and bool(scenario.persons)
     series = None
     try:
@@ -311,14 +315,25 @@ def _run_graph(options: RunOptions, console: Console, folders: RunFolders) -> Ru
             sensor_delay_s=scenario.persons[0].latency if simulated else 0.0,
             title=f"{scenario.name} · {options.planner} · seed {options.seed}",
         )
-        series = replace(series, record=with_baseline(series.record))
+        if broken is None:
+            series = replace(series, record=with_baseline(series.record))
     except DataError as error:
-        if not supervisor.died("recorder"):
+        if not (broken or supervisor.died("recorder")):
             raise
-        _print(console, f"no figures of the recording, which ended with its recorder: {error}")
+        _print(console, f"no figures of the recording, which ended early: {error}")
     summary = summarise(series, reports, scenario=scenario, bag=bag, seed=options.seed)
     write_summary(options.out / "summary.json", summary)
+    if broken is not None:
+        print_table(console, summary)
+        raise broken
     return RunResult(summary, series, bag, cpu_cores)
+
+
+def _why(error: BaseException) -> str:
+    """What broke a run off, in plain words."""
+    if isinstance(error, HriError):
+        return error.problem
+    return "Ctrl-C" if isinstance(error, KeyboardInterrupt) else "told to end"
 
 
 class CpuMeter:

@@ -13,8 +13,9 @@ from rich.console import Console
 from rich.table import Table
 
 from hri_planner.robot.model import load_robot
-from hri_sim.launch.conductor import ReachReport
+from hri_prediction.ros.time import NANO
 from hri_sim.launch.record import Series
+from hri_sim.launch.reports import INTERRUPTED, ReachReport
 from hri_sim.scenario.schema import Scenario
 
 FloatArray = NDArray[np.float64]
@@ -22,7 +23,10 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ReachFigures:
-    """Figures of one reach; see :func:`summarise`. None: not recorded, or nobody was there."""
+    """Figures of one reach; see :func:`summarise`. None: not recorded, or nobody was there.
+
+    The clearance of a reach that was not recorded to its end is the smallest that was seen live.
+    """
 
     outcome: str
     reason: str
@@ -49,14 +53,19 @@ def _least(values: FloatArray) -> float | None:
 
 def reach_figures(series: Series | None, reports: list[ReachReport]) -> list[ReachFigures]:
     """Figures of each reach; a reach lasts from its cue to the next one's, the rest included."""
-    said = [ReachFigures(r.outcome, r.reason, r.duration_s, r.replans) for r in reports]
+    said = [
+        ReachFigures(
+            r.outcome, r.reason, r.duration_s, r.replans, min_clearance_m=r.min_clearance_m
+        )
+        for r in reports
+    ]
     if series is None:
         return said
     marks = series.record.reaches
     found = []
     for number, (report, reach, mark) in enumerate(zip(reports, said, marks, strict=True)):
-        # A recorder that died left no witness: then nothing is said, rather than what it last saw.
-        if series.record.time_s[-1] < mark.end_s:
+        # A recorder that died left no witness: then what was seen live counts, not what it last saw.
+        if series.record.time_s[-1] < (report.over_ns - series.origin_ns) / NANO:
             found.append(reach)
             continue
         end = marks[number + 1].start_s if number + 1 < len(marks) else np.inf
@@ -106,7 +115,7 @@ def summarise(
     baseline = None if series is None else series.record.baseline
     bad = [reach.outcome for reach in reaches if reach.outcome != "reached"]
     outcome = (
-        bad[0] if bad else ("reached" if len(reaches) == len(scenario.reaches) else "incomplete")
+        bad[0] if bad else ("reached" if len(reaches) == len(scenario.reaches) else INTERRUPTED)
     )
 
     def rate(topic: str) -> float | None:
@@ -116,12 +125,15 @@ def summarise(
         return max((series.rates_hz.get(name, 0.0) for name in names), default=0.0)
 
     touched = any(r.min_clearance_m is not None and r.min_clearance_m <= 0.0 for r in reaches)
-    recorded = all(reach.goal_error_m is not None for reach in reaches)
+    # Nothing is known of a person whom neither the bag nor anybody live has seen.
+    known = not scenario.persons or (
+        bool(reaches) and all(reach.min_clearance_m is not None for reach in reaches)
+    )
     nothing = np.zeros(0)
     return {
         "outcome": outcome,
         "reaches": [asdict(reach) for reach in reaches],
-        "touched": touched if touched or recorded else None,
+        "touched": touched if touched or known else None,
         "baseline_min_clearance_m": None if baseline is None else _least(baseline.clearance_m),
         "mocap_rate_hz": rate("arm"),
         "prediction_rate_hz": rate("prediction"),
@@ -203,7 +215,10 @@ def print_table(console: Console, summary: dict[str, Any]) -> None:
         if reach["outcome"] != "reached":
             console.print(f"reach {count}: {reach['reason']}", highlight=False, markup=False)
         if reach["goal_error_m"] is None:
-            console.print(f"reach {count}: the recording ended before it did", highlight=False)
+            console.print(
+                f"reach {count}: the recording ended before it did; the clearance was seen live",
+                highlight=False,
+            )
     if summary["touched"]:
         console.print("[red]the robot touched the person[/]: a true clearance is not above 0")
     latency = summary["latency_ms"]["mocap_to_trajectory"]

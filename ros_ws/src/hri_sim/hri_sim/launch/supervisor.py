@@ -18,6 +18,7 @@ from typing import Any
 import yaml
 
 from hri_prediction.errors import GraphError
+from hri_sim.launch.folder import LOGS, PARAMETERS
 
 _PR_SET_PDEATHSIG = 1
 STOP_TIMEOUT_S = 5.0
@@ -146,19 +147,19 @@ class Supervisor:
 
     def log_path(self, label: str) -> Path:
         """Where a node's output goes."""
-        return self.folder / "log" / f"{label}.log"
+        return self.folder / LOGS / f"{label}.log"
 
     def start(self, specs: Sequence[NodeSpec]) -> None:
         """Start nodes; nothing is written and none is started when one is not installed."""
         executables = [find_executable(spec.package, spec.executable) for spec in specs]
-        for name in ("log", "parameters"):
+        for name in (LOGS, PARAMETERS):
             (self.folder / name).mkdir(parents=True, exist_ok=True)
         for spec, executable in zip(specs, executables, strict=True):
             command = [str(executable), "--ros-args"]
             if spec.name:
                 command += ["-r", f"__node:={spec.name}"]
             if spec.parameters:
-                path = self.folder / "parameters" / f"{spec.label}.yaml"
+                path = self.folder / PARAMETERS / f"{spec.label}.yaml"
                 # "/**" also matches a node that is put into a namespace.
                 values = {"/**": {"ros__parameters": dict(spec.parameters)}}
                 path.write_text(yaml.safe_dump(values, sort_keys=False))

@@ -283,11 +283,14 @@ def _legend(axes: Axes, moment: _Moment) -> None:
 
 def _reach_bands(axes: Axes, record: RunRecord, labels: bool) -> None:
     for number, reach in enumerate(record.reaches):
-        axes.axvspan(reach.start_s, reach.end_s, color="0.5", alpha=0.10, lw=0, zorder=0)
+        end_s = min(reach.end_s, float(record.time_s[-1]))
+        if end_s <= reach.start_s:  # the recording had ended before it
+            continue
+        axes.axvspan(reach.start_s, end_s, color="0.5", alpha=0.10, lw=0, zorder=0)
         if labels:
             axes.annotate(
                 reach.label or f"reach {number + 1}",
-                (0.5 * (reach.start_s + reach.end_s), 1.0),
+                (0.5 * (reach.start_s + end_s), 1.0),
                 xycoords=("data", "axes fraction"),
                 xytext=(0, -3),
                 textcoords="offset points",

@@ -1,0 +1,72 @@
+"""The conductor's part that needs no other process."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import rclpy
+
+from hri_prediction.ros.messages import SimState
+from hri_sim.launch.conductor import Conductor, vital_topics
+from hri_sim.launch.supervisor import Supervisor
+from hri_sim.scenario.shipped import load_shipped
+
+SCENARIO = load_shipped("table_reach")
+
+
+@pytest.fixture
+def said() -> list[str]:
+    return []
+
+
+@pytest.fixture
+def conductor(
+    tmp_path: Path, said: list[str], monkeypatch: pytest.MonkeyPatch
+) -> Iterator[Conductor]:
+    init = rclpy.init
+
+    def in_a_cell(**options: object) -> None:
+        init(args=["--ros-args", "-r", "__ns:=/cell"], **options)
+
+    monkeypatch.setattr(rclpy, "init", in_a_cell)
+    made = Conductor(SCENARIO, Supervisor(tmp_path), said.append, said.append)
+    yield made
+    made.close()
+
+
+def test_a_recording_needs_the_person_in_the_namespace_used(conductor: Conductor) -> None:
+    (person,) = SCENARIO.persons
+    assert f"humans/bodies/{person.id}/arm" in vital_topics(SCENARIO)
+    assert set(conductor._vital) >= {
+        "/cell/sim/state",
+        "/cell/joint_states",
+        f"/cell/humans/bodies/{person.id}/arm",
+        f"/cell/sim/bodies/{person.id}/arm",
+    }
+    nobody = SCENARIO.model_copy(update={"persons": ()})
+    assert not [topic for topic in vital_topics(nobody) if "bodies" in topic]
+
+
+def test_the_smallest_clearance_is_kept_for_each_reach(
+    conductor: Conductor, said: list[str]
+) -> None:
+    conductor._on_state(SimState(clearance=0.01))  # before the first cue
+    for heard in ((1e9,), (0.3, 0.2, 0.25)):
+        conductor._closest.append(float("inf"))
+        for clearance in (1e9, *heard):
+            conductor._on_state(SimState(clearance=clearance))
+        conductor._next_say = 0.0
+        conductor._say_status(0)
+        conductor._report_interrupted("Ctrl-C")
+    assert [report.min_clearance_m for report in conductor.reports] == [None, 0.2]
+    assert {report.outcome for report in conductor.reports} == {"interrupted"}
+    assert "clear" not in said[0]
+    assert "(least 20.0)" in said[1]
+    # Nothing has been heard of this one yet.
+    conductor._closest.append(float("inf"))
+    conductor._next_say = 0.0
+    conductor._say_status(0)
+    assert "clear" in said[2]
+    assert "inf" not in said[2]
