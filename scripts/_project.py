@@ -50,6 +50,9 @@ def _set_up(arguments):
     process = subprocess.Popen([str(ROOT / "scripts" / "setup")] + list(arguments))
     try:
         return process.wait()
+    except KeyboardInterrupt:  # set-up, which got it too, says so
+        process.wait()
+        return 130
     except SystemExit:
         process.terminate()
         process.wait()

@@ -29,6 +29,7 @@ class Series:
     """Figures of a run over time; times on the run's clock [s]: zero at the first state of the simulator.
 
     Attributes:
+        origin_ns: ROS time of the run's zero [ns].
         record: Robot, people, clearance; what pictures are made from.
         reference_s: Times of the controller's references.
         handover_jump_rad: Step of the last hand-over before these times.
@@ -41,6 +42,7 @@ class Series:
         lost_messages: Messages that were sent but are not in the bag, by sequence numbers.
     """
 
+    origin_ns: int
     record: RunRecord
     reference_s: FloatArray
     handover_jump_rad: FloatArray
@@ -136,6 +138,7 @@ def read_run(
     ]
     report = inspect_bag(bag)
     return Series(
+        origin_ns=origin,
         record=record,
         reference_s=seconds([to_ns(m.header.stamp) for m in references]),
         handover_jump_rad=np.array([m.handover_jump for m in references]),
