@@ -46,6 +46,7 @@ ROSDEP_KEYS = {
     "yaml": "python3-yaml",
 }
 WITHOUT_KEY = {
+    "ezc3d": "ezc3d",
     "imageio_ffmpeg": "imageio-ffmpeg",
     "lz4": "lz4",
     "mcap": "mcap",

@@ -31,7 +31,8 @@ import numpy as np
 
 from hri_prediction.arm.geometry import FloatArray
 from hri_prediction.errors import DataError
-from hri_prediction.tracks.tables import parse_number, row_spans
+from hri_prediction.tracks.importers.qtm import read_qtm
+from hri_prediction.tracks.tables import row_spans
 from hri_prediction.tracks.track import ArmTrack
 
 WRIST_BEHIND_HAND_M = 0.03
@@ -106,12 +107,6 @@ def tracks_from_adl(arrays: Mapping[str, np.ndarray], source: str) -> list[ArmTr
     return tracks
 
 
-def is_qtm_text(text: str) -> bool:
-    """Whether a text is a QTM export: it opens with ``NO_OF_FRAMES`` or has a QTM table header."""
-    head = text[:4000].splitlines()[:20]
-    return text.startswith("NO_OF_FRAMES\t") or any(line.startswith("Frame\tTime") for line in head)
-
-
 def tracks_from_qtm(text: str, source: str) -> list[ArmTrack]:
     """One QTM export as one track (see the module for axes, wrist and side).
 
@@ -123,32 +118,12 @@ def tracks_from_qtm(text: str, source: str) -> list[ArmTrack]:
         DataError: when the frequency, a column or a marker is missing, a row is ragged or holds no
             numbers, or frames do not increase.
     """
-    lines = text.splitlines()
-    top = next((row for row, line in enumerate(lines) if line.split("\t")[0] == "Frame"), None)
-    if top is None:
-        raise DataError(
-            "the QTM export has no table header",
-            expected="a line that begins with Frame",
-            hint="export with column names and frame numbers",
-        )
-    header = {cells[0]: cells[1:] for cells in (line.split("\t") for line in lines[:top])}
-    rate = parse_number((header.get("FREQUENCY") or [""])[0], "FREQUENCY")
-    if not rate > 0.0:
-        raise DataError(f"FREQUENCY = {rate}", expected="a line FREQUENCY with a positive number")
-    names = [name.strip() for name in lines[top].rstrip("\t\r").split("\t")]
-    table = _qtm_table(lines, top, len(names))
-    frames = table[:, 0]
-    if np.isnan(frames).any():
-        raise DataError("a row has no Frame number", expected="whole numbers")
-    markers = {
-        name[:-2]: 1e-3 * table[:, [names.index(f"{name[:-2]} {axis}") for axis in "XYZ"]]
-        for name in names
-        if name.endswith(" X") and f"{name[:-2]} Y" in names and f"{name[:-2]} Z" in names
-    }
+    data = read_qtm(text, source)
+    markers = {name: 1e-3 * data.positions[:, column] for column, name in enumerate(data.labels)}
     match = re.match(r"(?P<subject>.+)_run(?P<run>\d+)", source)
     return [
         ArmTrack(
-            time_s=(frames - 1.0) / rate,
+            time_s=(data.frames - 1.0) / data.rate_hz,
             keypoints=_qtm_keypoints(markers),
             side=_qtm_side(markers),
             subject=match["subject"] if match else "",
@@ -158,29 +133,15 @@ def tracks_from_qtm(text: str, source: str) -> list[ArmTrack]:
     ]
 
 
-def _qtm_table(lines: list[str], top: int, width: int) -> FloatArray:
-    rows = []
-    for number, line in enumerate(lines[top + 1 :], start=top + 2):
-        if not line.strip():
-            continue
-        cells = line.split("\t")
-        if len(cells) == width + 1 and not cells[-1].strip():
-            cells.pop()  # QTM ends each line with a tab
-        if len(cells) != width:
-            raise DataError(f"line {number} has {len(cells)} cells", expected=str(width))
-        rows.append([parse_number(cell, f"line {number}") for cell in cells])
-    if len(rows) < 2:
-        raise DataError(f"the table has {len(rows)} rows", expected="at least two")
-    return np.array(rows)
-
-
 def _qtm_keypoints(markers: Mapping[str, FloatArray]) -> FloatArray:
     tip = "Index" if "Index" in markers else "Middle"
     wanted = ("Shoulder", "Elbow", "Hand top", "Hand right", "Hand left", tip)
     missing = [name for name in wanted if name not in markers]
     if missing:
         raise DataError(
-            f"marker {missing[0]} is missing", expected=", ".join(wanted[:-1]) + ", Index or Middle"
+            f"marker {missing[0]} is missing",
+            expected=", ".join(wanted[:-1]) + ", Index or Middle",
+            hint="scripts/import_mocap.py takes QTM exports of any marker set",
         )
     rear = 0.5 * (markers["Hand right"] + markers["Hand left"])
     back = rear - markers["Hand top"]

@@ -26,7 +26,8 @@ header and the rows. Empty or ``nan`` = not seen. All 13 columns must be there, 
     0.000,0.750,0.000,0.400,0.741,...
 
 Axes are free but for z, which is up: a :class:`~hri_prediction.tracks.placement.Placement` puts a
-track into the robot's world. Foreign files: :mod:`hri_prediction.tracks.adapters`.
+track into the robot's world. Foreign files: :mod:`hri_prediction.tracks.adapters` for those that need
+no choice, :mod:`hri_prediction.tracks.importers` for all others.
 """
 
 from __future__ import annotations
@@ -42,12 +43,8 @@ import numpy as np
 
 from hri_prediction.arm.geometry import KEYPOINTS
 from hri_prediction.errors import DataError
-from hri_prediction.tracks.adapters import (
-    is_adl_arrays,
-    is_qtm_text,
-    tracks_from_adl,
-    tracks_from_qtm,
-)
+from hri_prediction.tracks.adapters import is_adl_arrays, tracks_from_adl, tracks_from_qtm
+from hri_prediction.tracks.importers.qtm import is_qtm_text
 from hri_prediction.tracks.tables import parse_number, row_spans
 from hri_prediction.tracks.track import ArmTrack
 
@@ -58,6 +55,7 @@ _KNOWN = (
     "an .npz of arm tracks, a .csv with the header time_s,shoulder_x,..., the ADL Vicon reach.npz, "
     "or a QTM .tsv export"
 )
+_IMPORT = "scripts/import_mocap.py converts C3D, TRC, BVH, Vicon CSV and other QTM exports"
 
 
 def load_tracks(path: str | Path) -> list[ArmTrack]:
@@ -216,7 +214,9 @@ def _load_text(content: bytes, path: Path) -> list[ArmTrack]:
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise DataError("neither an .npz archive nor text", expected=_KNOWN) from error
+        raise DataError(
+            "neither an .npz archive nor text", expected=_KNOWN, hint=_IMPORT
+        ) from error
     if is_qtm_text(text):
         return tracks_from_qtm(text, path.name)
     return [_track_from_csv(text, path.name)]
@@ -235,7 +235,7 @@ def _track_from_csv(text: str, name: str) -> ArmTrack:
         raise DataError("the file holds no table", expected=_KNOWN)
     header = [cell.strip() for cell in next(csv.reader([lines[body]]))]
     if "time_s" not in header:
-        raise DataError(f"line {body + 1} is {lines[body][:60]!r}", expected=_KNOWN)
+        raise DataError(f"line {body + 1} is {lines[body][:60]!r}", expected=_KNOWN, hint=_IMPORT)
     missing = [column for column in CSV_COLUMNS if column not in header]
     if missing:
         raise DataError(f"column {missing[0]} is missing", expected=", ".join(CSV_COLUMNS))

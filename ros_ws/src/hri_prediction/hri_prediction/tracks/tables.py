@@ -3,23 +3,28 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 
 import numpy as np
 
 from hri_prediction.errors import DataError
 
-_MISSING = {"", "nan", "null"}
+_MISSING = {"", "nan", "null", "none", "n/a", "na", "#n/a", "-", "--"}
+_NO_NUMBER = re.compile(r"[+-]?(1\.#(qnan|snan|ind|nan)0*|nan\((ind|snan)\)|nan)")
+"""How C runtimes, Windows' before all, write what is not a number."""
 
 
 def parse_number(cell: str, where: str) -> float:
-    """A cell of a table as a float; empty, ``nan`` and ``null`` give NaN.
+    """A cell of a table as a float; NaN where it says that nothing was measured.
+
+    Such are empty cells, ``nan``, ``null``, ``N/A``, ``1.#QNAN``, ``-nan(ind)`` and the like.
 
     Raises:
         DataError: naming ``where`` and the cell when it is no finite number.
     """
     text = cell.strip()
-    if text.lower() in _MISSING:
+    if text.lower() in _MISSING or _NO_NUMBER.fullmatch(text.lower()):
         return math.nan
     try:
         value = float(text)

@@ -1,0 +1,1 @@
+"""Motion capture files of other people's software, one format a module, as arm tracks."""
