@@ -12,6 +12,7 @@ import pytest
 
 from hri_prediction.errors import DataError
 from hri_prediction.tracks.files import load_tracks, save_tracks
+from hri_prediction.tracks.importers import cli
 from hri_prediction.tracks.importers.convert import ImportOptions, convert, plan_import
 from hri_prediction.tracks.importers.recognise import read_markers
 
@@ -218,3 +219,46 @@ def test_every_sample_is_covered():
     folder = _folder()
     found = {str(p.relative_to(folder)) for p in folder.rglob("*") if p.suffix in endings}
     assert found == {file for file, _, _ in CASES}
+
+
+def _samples():
+    folder = os.environ.get("HRI_DATA_DIR")
+    found = sorted((Path(folder) / "file_samples").rglob("*.*")) if folder else []
+    return [path for path in found if path.suffix in (".c3d", ".trc", ".bvh", ".csv")]
+
+
+@pytest.mark.skipif(not _samples(), reason="HRI_DATA_DIR is not set")
+@pytest.mark.parametrize("path", _samples(), ids=lambda path: path.name)
+def test_the_command_writes_or_says_why_not_in_one_line(tmp_path, capsys, path):
+    out = tmp_path / "a.npz"
+    code = cli.main([str(path), "--out", str(out), "--yes"])
+    said = capsys.readouterr()
+    assert code == int(not out.exists())
+    if code:
+        assert said.err.count("\n") == 1
+        assert str(path) in said.err
+        assert "give --map" in said.err or "choose one with --subject" in said.err
+        return
+    assert said.err == ""
+    (track,) = load_tracks(out)
+    upper, fore, _ = np.nanmedian(np.linalg.norm(np.diff(track.keypoints, axis=1), axis=-1), axis=0)
+    assert 0.2 < upper < 0.4
+    assert 0.15 < fore < 0.35
+
+
+@pytest.mark.parametrize("run", range(15))
+def test_qtm_recordings_against_their_archive(run):
+    folder = os.environ.get("HRI_DATA_DIR")
+    if not folder:
+        pytest.skip("HRI_DATA_DIR is not set")
+    folder = Path(folder) / "pickplace_dfki_qualisys"
+    with np.load(folder / "runs.npz", allow_pickle=False) as archive:
+        name = f"subject{archive['subject'][run]}_run{archive['run'][run]}.tsv"
+        first = archive["first_frame"][run]
+        rows = slice(archive["start"][run], archive["start"][run] + archive["length"][run])
+        positions, names = archive["pos"][rows], list(archive["marker_names"])
+    data = read_markers(folder / "original" / name)
+    assert data.frames[0] == first
+    assert sorted(data.labels) == sorted(names)
+    order = [data.labels.index(label) for label in names]
+    np.testing.assert_allclose(1e-3 * data.positions[:, order], positions, rtol=1e-6, atol=1e-6)

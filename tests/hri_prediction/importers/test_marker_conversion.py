@@ -162,7 +162,7 @@ def test_repeated_labels():
         ("shoulder=RSHO,elbow=RELB,hand=RFIN", "'hand=RFIN'"),
         ("shoulder=RSHO,shoulder=RSHO,wrist=RFIN", "each once"),
         ("shoulder=RSHO,elbow,wrist=RFIN", "'elbow'"),
-        ("shoulder=RSHO,elbow=XXX,wrist=RFIN", "no marker 'XXX'; expected of RSHO, RELB"),
+        ("shoulder=RSHO,elbow=XXX,wrist=RFIN", "no marker 'XXX'; expected one of RSHO, RELB"),
     ],
 )
 def test_malformed_mapping(text, match):
@@ -230,6 +230,12 @@ def test_units(unit):
     plan = plan_import(markers(points=points, unit=""), ImportOptions())
     assert plan.scale.guessed
     assert plan.scale.metres == UNITS[unit]
+
+
+def test_a_given_unit_is_believed_and_remarked_on():
+    plan = plan_import(markers(), ImportOptions(units="m"))
+    assert "with the unit m the arm is 518 m long" in plan.notes()
+    assert not any("long" in note for note in plan_import(markers(), ImportOptions()).notes())
 
 
 def test_units_that_cannot_be():

@@ -68,18 +68,21 @@ def find_axes(data: MarkerData) -> Axes:
         why = f"{data.format} has {data.up} up" if data.up_fixed else f"the file says {data.up} up"
         if doubt:
             why = f"head, trunk and legs have {body} up, against {data.format}'s {data.up}"
-        return Axes(_turn(body if doubt else data.up), why, guessed=doubt)
+        return Axes(turn_up(body if doubt else data.up), why, guessed=doubt)
     if data.up:
         why = f"the file says {data.up} up; head, trunk and legs have {body} up"
-        return Axes(_turn(data.up), why, guessed=True)
+        return Axes(turn_up(data.up), why, guessed=True)
     if body:
-        return Axes(_turn(body), f"head, trunk and legs have {body} up", guessed=True)
+        return Axes(turn_up(body), f"head, trunk and legs have {body} up", guessed=True)
     usual = "+y" if data.format == "TRC" else "+z"
-    return Axes(_turn(usual), f"the file does not say; usual is {usual} up", guessed=True)
+    return Axes(turn_up(usual), f"the file does not say; usual is {usual} up", guessed=True)
 
 
-def _turn(up: str) -> str:
-    """Axes that bring ``up`` to z: the right-handed one that keeps most axes as they are."""
+def turn_up(up: str) -> str:
+    """Axes, as ``--axes`` takes them, that bring ``up`` (such as ``+y``) to z.
+
+    Of the right-handed ones, those that keep most axes as they are.
+    """
     if up == "+x":
         return _UP["x-up"]
     one, two = (name for name in "xyz" if name != up[1])

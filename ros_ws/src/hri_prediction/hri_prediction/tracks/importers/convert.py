@@ -7,6 +7,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hri_prediction.arm.geometry import KEYPOINTS, FloatArray
 from hri_prediction.errors import ConfigError, DataError
@@ -16,9 +17,16 @@ from hri_prediction.tracks.importers.mapping import (
     guess_mapping,
     mean_position,
     parse_mapping,
+    seen,
 )
 from hri_prediction.tracks.importers.markers import MarkerData, subject_of
-from hri_prediction.tracks.importers.units import Scale, arm_length, find_scale, parse_units
+from hri_prediction.tracks.importers.units import (
+    POSSIBLE_ARM_M,
+    Scale,
+    arm_length,
+    find_scale,
+    parse_units,
+)
 from hri_prediction.tracks.track import ArmTrack
 
 HAND_M = 0.09
@@ -65,6 +73,7 @@ class ImportPlan:
         side: ``left`` or ``right``.
         side_guessed: The side should be confirmed.
         scale: Unit of length.
+        arm_m: Length of the arm in that unit [m].
         axes: Axes of the file behind those of the track.
         rate_hz: Frames a second.
         subject: Name of the person.
@@ -77,6 +86,7 @@ class ImportPlan:
     side: str
     side_guessed: bool
     scale: Scale
+    arm_m: float
     axes: Axes
     rate_hz: float
     subject: str
@@ -95,6 +105,8 @@ class ImportPlan:
             notes.append(
                 f"no hand tip: it is put {HAND_M:g} m beyond the wrist, in line with the forearm"
             )
+        if not POSSIBLE_ARM_M[0] <= self.arm_m <= POSSIBLE_ARM_M[1]:
+            notes.append(f"with the unit {self.scale.text} the arm is {self.arm_m:.3g} m long")
         if self.axes.mirrored:
             notes.append("the axes mirror: right only for a file with left-handed axes")
         return tuple(notes)
@@ -119,9 +131,12 @@ def plan_import(data: MarkerData, options: ImportOptions) -> ImportPlan:
             f"{mapping.side} arm",
             hint="correct --side or --map",
         )
-    points = [mean_position(data, rows) for name, rows in mapping.items() if rows]
+    present = seen(data)
+    points = [mean_position(data.positions, present, r) for _, r in mapping.items() if r]
     _check_seen(data, mapping, points)
     arm = arm_length(points[0], points[1], points[2])
+    auto = options.units.strip().lower() == "auto"
+    scale = find_scale(data.unit, arm) if auto else parse_units(options.units)
     people = {subject_of(data.labels[rows[0]]) for _, rows in mapping.items() if rows}
     return ImportPlan(
         data=data,
@@ -129,9 +144,8 @@ def plan_import(data: MarkerData, options: ImportOptions) -> ImportPlan:
         mapping_guessed=not options.mapping,
         side=options.side or mapping.side or "right",
         side_guessed=not (options.side or (mapping.side and options.mapping)),
-        scale=find_scale(data.unit, arm)
-        if options.units.strip().lower() == "auto"
-        else parse_units(options.units),
+        scale=scale,
+        arm_m=arm * scale.metres,
         axes=find_axes(data)
         if options.axes.strip().lower() == "auto"
         else parse_axes(options.axes),
@@ -178,6 +192,32 @@ def _rate(data: MarkerData, given: float) -> float:
     return data.rate_hz
 
 
+def arm_keypoints(
+    positions: FloatArray, present: NDArray[np.bool_], mapping: Mapping, matrix: FloatArray
+) -> FloatArray:
+    """Shoulder, elbow, wrist and hand tip.
+
+    Args:
+        positions: Markers, shape (N, M, 3), in the unit and axes of the file.
+        present: Which were seen, shape (N, M).
+        mapping: Which of them are the arm; without a hand tip it is put :data:`HAND_M` beyond the
+            wrist.
+        matrix: Coordinates of the file to metres with z up, shape (3, 3).
+
+    Returns:
+        Shape (N, 4, 3) [m], NaN where not seen.
+    """
+    keypoints = np.full((len(positions), len(KEYPOINTS), 3), np.nan)
+    for index, (_, rows) in enumerate(mapping.items()):
+        if rows:
+            keypoints[:, index] = mean_position(positions, present, rows) @ matrix.T
+    if not mapping.hand_tip:
+        forearm = keypoints[:, 2] - keypoints[:, 1]
+        length = np.linalg.norm(forearm, axis=-1, keepdims=True)
+        keypoints[:, 3] = keypoints[:, 2] + HAND_M * forearm / np.where(length > 0, length, np.nan)
+    return keypoints
+
+
 def convert(plan: ImportPlan) -> ArmTrack:
     """The track, in right-handed axes with z up; time 0 is the first frame of the file.
 
@@ -185,15 +225,8 @@ def convert(plan: ImportPlan) -> ArmTrack:
         DataError: when coordinates overflow.
     """
     data = plan.data
-    keypoints = np.full((len(data), len(KEYPOINTS), 3), np.nan)
-    turn = plan.scale.metres * plan.axes.matrix.T
-    for index, (_, rows) in enumerate(plan.mapping.items()):
-        if rows:
-            keypoints[:, index] = mean_position(data, rows) @ turn
-    if not plan.mapping.hand_tip:
-        forearm = keypoints[:, 2] - keypoints[:, 1]
-        length = np.linalg.norm(forearm, axis=-1, keepdims=True)
-        keypoints[:, 3] = keypoints[:, 2] + HAND_M * forearm / np.where(length > 0, length, np.nan)
+    matrix = plan.scale.metres * plan.axes.matrix
+    keypoints = arm_keypoints(data.positions, seen(data), plan.mapping, matrix)
     return ArmTrack(
         time_s=(data.frames - data.frames[0]) / plan.rate_hz,
         keypoints=keypoints,

@@ -61,17 +61,54 @@ class Mapping:
 
 def seen(data: MarkerData) -> NDArray[np.bool_]:
     """Which markers were seen when, shape (N, M)."""
-    found: NDArray[np.bool_] = np.asarray(np.isfinite(data.positions).all(axis=-1))
-    if data.zeros_missing:
-        found &= (data.positions != 0.0).any(axis=-1)
+    return seen_places(data.positions, data.zeros_missing)
+
+
+def seen_places(positions: FloatArray, zeros_missing: bool) -> NDArray[np.bool_]:
+    """Which places (N, M, 3) are there, shape (N, M): all finite, and not (0, 0, 0) where asked for."""
+    found: NDArray[np.bool_] = np.asarray(np.isfinite(positions).all(axis=-1))
+    if zeros_missing:
+        found &= (positions != 0.0).any(axis=-1)
     return found
 
 
-def mean_position(data: MarkerData, rows: tuple[int, ...]) -> FloatArray:
-    """Mean of markers, shape (N, 3); NaN where one of them was not seen, so that it never jumps."""
-    points = data.positions[:, list(rows)].mean(axis=1)
-    points[~seen(data)[:, list(rows)].all(axis=1)] = np.nan
+def mean_position(
+    positions: FloatArray, present: NDArray[np.bool_], rows: tuple[int, ...]
+) -> FloatArray:
+    """Mean of markers; NaN where one of them was not seen, so that it never jumps.
+
+    Args:
+        positions: Shape (N, M, 3).
+        present: Which of them were seen (:func:`seen`), shape (N, M).
+        rows: Markers to average.
+
+    Returns:
+        Shape (N, 3), in the unit and axes of the positions.
+    """
+    points = positions[:, list(rows)].mean(axis=1)
+    points[~present[:, list(rows)].all(axis=1)] = np.nan
     return points
+
+
+def mapping_parts(text: str) -> dict[str, str]:
+    """The keypoints of a mapping and what it names for each, before any file is looked at.
+
+    Raises:
+        ConfigError: when the text is malformed.
+    """
+    parts: dict[str, str] = {}
+    for part in text.split(","):
+        key, separator, names = (piece.strip() for piece in part.partition("="))
+        if not (separator and names) or key not in KEYPOINTS or key in parts:
+            raise ConfigError(
+                f"the mapping holds {part.strip()!r}",
+                expected="shoulder=…,elbow=…,wrist=…[,hand_tip=…], each once",
+            )
+        parts[key] = names
+    missing = [key for key in _REQUIRED if key not in parts]
+    if missing:
+        raise ConfigError(f"the mapping has no {missing[0]}", expected="shoulder, elbow and wrist")
+    return parts
 
 
 def parse_mapping(text: str, data: MarkerData, subject: str = "") -> Mapping:
@@ -83,19 +120,10 @@ def parse_mapping(text: str, data: MarkerData, subject: str = "") -> Mapping:
         ConfigError: when the text is malformed, or a marker does not exist or is ambiguous.
     """
     chosen: dict[str, tuple[int, ...]] = {}
-    for part in text.split(","):
-        key, separator, names = (piece.strip() for piece in part.partition("="))
-        if not separator or key not in KEYPOINTS or key in chosen:
-            raise ConfigError(
-                f"--map holds {part.strip()!r}",
-                expected="shoulder=…,elbow=…,wrist=…[,hand_tip=…], each once",
-            )
+    for key, names in mapping_parts(text).items():
         whole = names in data.labels
         pieces = [names] if whole else [name.strip() for name in names.split("+")]
         chosen[key] = tuple(_row(name, data, subject) for name in pieces)
-    missing = [key for key in _REQUIRED if key not in chosen]
-    if missing:
-        raise ConfigError(f"--map has no {missing[0]}", expected="shoulder, elbow and wrist")
     names_used = [bare(data.labels[row]) for rows in chosen.values() for row in rows]
     return Mapping(
         shoulder=chosen["shoulder"],
@@ -119,7 +147,7 @@ def _row(name: str, data: MarkerData, subject: str) -> int:
             f"{len(rows)} markers are named {name!r}",
             expected="one of " + ", ".join(data.labels[row] for row in rows),
         )
-    raise ConfigError(f"there is no marker {name!r}", expected="of " + shown_labels(data))
+    raise ConfigError(f"there is no marker {name!r}", expected="one of " + shown_labels(data))
 
 
 def shown_labels(data: MarkerData) -> str:

@@ -35,7 +35,8 @@ _SPELLINGS = {
 }
 _USUAL_ARM_M = (0.38, 0.84)
 """Shoulder to wrist along a stretched arm, of people small and tall, markers and joints."""
-_POSSIBLE_ARM_M = (0.15, 1.3)
+POSSIBLE_ARM_M = (0.15, 1.3)
+"""Shoulder to wrist of anybody [m]; anything else is another unit or another mapping."""
 
 
 @dataclass(frozen=True)
@@ -101,10 +102,10 @@ def find_scale(said: str, arm: float) -> Scale:
             raise DataError(
                 f"the file's unit is {said!r}", expected=", ".join(UNITS), hint=hint
             ) from error
-        if not _POSSIBLE_ARM_M[0] <= arm * scale.metres <= _POSSIBLE_ARM_M[1]:
+        if not POSSIBLE_ARM_M[0] <= arm * scale.metres <= POSSIBLE_ARM_M[1]:
             raise DataError(
                 f"with the file's unit {said} the arm is {arm * scale.metres:.3g} m long",
-                expected="{:g} to {:g} m from shoulder to wrist".format(*_POSSIBLE_ARM_M),
+                expected="{:g} to {:g} m from shoulder to wrist".format(*POSSIBLE_ARM_M),
                 hint=hint,
             )
         return Scale(scale.metres, scale.text, "the file says so")
