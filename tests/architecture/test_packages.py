@@ -50,9 +50,12 @@ WITHOUT_KEY = {
     "imageio_ffmpeg": "imageio-ffmpeg",
     "lz4": "lz4",
     "mcap": "mcap",
+    "qtm_rt": "qtm-rt",
     "zstandard": "zstandard",
 }
 """Modules that rosdep does not know; package.xml names them in a comment."""
+EXTRAS = {"qtm_rt": "qualisys.txt"}
+"""Modules that only some nodes need, and the file that locks them instead of runtime.txt."""
 LONG_FILES = {
     "hri_planner/nodes/ptomp_node.py": (650, "action, supervision and hand-over share one state"),
 }
@@ -148,8 +151,17 @@ def test_python_requirements_are_locked(package: str) -> None:
     for file in ("runtime.txt", "runtime_system_ros.txt"):
         lines = (ROOT / "requirements" / file).read_text().splitlines()
         locked = {line.split("==")[0].lower() for line in lines}
-        wanted = {names.get(top, top) for top in tops & (ROSDEP_KEYS.keys() | WITHOUT_KEY.keys())}
-        assert wanted <= locked, file
+        known = (ROSDEP_KEYS.keys() | WITHOUT_KEY.keys()) - EXTRAS.keys()
+        assert {names.get(top, top) for top in tops & known} <= locked, file
+    for top in tops & EXTRAS.keys():
+        for file in (EXTRAS[top], "dev.txt"):
+            assert f"{names[top]}==" in (ROOT / "requirements" / file).read_text(), file
+
+
+@pytest.mark.parametrize("package", ORDER)
+def test_extras_are_not_needed_to_load_anything(package: str) -> None:
+    for path in _modules(package):
+        assert not _imports(path, module_level=True) & EXTRAS.keys(), _label(path)
 
 
 @pytest.mark.parametrize("package", ORDER)

@@ -23,6 +23,7 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
+            "mocap_live = hri_prediction.nodes.mocap_live_node:main",
             "predictor = hri_prediction.nodes.predictor_node:main",
         ]
     },

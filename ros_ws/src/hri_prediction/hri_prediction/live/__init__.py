@@ -1,0 +1,1 @@
+"""Live motion capture: a stream of markers becomes samples of arms."""

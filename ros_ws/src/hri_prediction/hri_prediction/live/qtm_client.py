@@ -1,0 +1,239 @@
+"""Client of Qualisys Track Manager's real-time protocol, in a thread of its own, through qtm-rt.
+
+It connects, asks for the markers, streams, and begins anew when the stream ends, falls silent, or QTM's
+settings change. Needs no ROS. QTM sends what is missing as NaN, and lengths in millimetres.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections import deque
+from collections.abc import Callable
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from hri_prediction.errors import ConfigError, DataError
+from hri_prediction.live.arm_stream import MarkerLayout
+from hri_prediction.live.qtm import QtmFrame, read_layout
+
+VERSION = "1.25"
+"""Version of the protocol; QTM since 2023 speaks it, and later ones too."""
+_MOST_WAITING = 1000
+"""Frames that wait to be taken; older ones are dropped."""
+_ENDS_STREAM = frozenset(
+    (
+        "EventConnectionClosed",
+        "EventQTMShuttingDown",
+        "EventCameraSettingsChanged",
+        "EventRTfromFileStopped",
+    )
+)
+
+
+def load_qtm_rt() -> ModuleType:
+    """The module ``qtm_rt``.
+
+    Raises:
+        ConfigError: when it is not installed.
+    """
+    try:
+        import qtm_rt
+    except ImportError as error:
+        raise ConfigError(
+            "live motion capture from Qualisys needs qtm-rt, which is not installed",
+            hint="run: .venv/bin/python -m pip install -r requirements/qualisys.txt",
+        ) from error
+    return qtm_rt
+
+
+class QtmClient:
+    """Receives frames from QTM as long as it is open.
+
+    Args:
+        host: Name or address of the computer that QTM runs on.
+        port: Its port for little-endian clients.
+        rate_hz: Frames a second that are asked for; 0 for all.
+        silence_s: Longest time without an answer or a frame before the connection is made anew [s].
+        retry_s: Time between attempts [s].
+        clock: The time now [ns]; called in the client's thread.
+
+    Raises:
+        ConfigError: when qtm-rt is not installed.
+    """
+
+    def __init__(
+        self,
+        host: str,
+        port: int,
+        *,
+        rate_hz: int = 0,
+        silence_s: float = 1.0,
+        retry_s: float = 0.5,
+        clock: Callable[[], int],
+    ) -> None:
+        self._qtm = load_qtm_rt()
+        self._host, self._port = host, port
+        self._frames_wanted = f"frequency:{rate_hz}" if rate_hz else "allframes"
+        self._silence_s, self._retry_s = silence_s, retry_s
+        self._clock = clock
+        self._frames: deque[QtmFrame] = deque(maxlen=_MOST_WAITING)
+        self._loop = asyncio.new_event_loop()
+        self._task: asyncio.Task[None] | None = None
+        self._thread = threading.Thread(target=self._work, name="qtm", daemon=True)
+        self.problem = f"connecting to QTM at {host}:{port}"
+        """Why no frames come; empty while they do."""
+        self.connections = 0
+        """Streams that were begun."""
+        self.failures = 0
+        """Attempts that failed, and streams that ended."""
+        self._thread.start()
+
+    def take(self) -> list[QtmFrame]:
+        """The frames that have come since the last call, oldest first."""
+        frames = []
+        while self._frames:
+            frames.append(self._frames.popleft())
+        return frames
+
+    def close(self) -> None:
+        """End the connection and the thread."""
+        if self._thread.is_alive():
+            self._loop.call_soon_threadsafe(self._cancel)
+            self._thread.join(timeout=5.0)
+
+    # ------------------------------------------------------------------ in the thread
+    def _cancel(self) -> None:
+        if self._task is not None:
+            self._task.cancel()
+
+    def _work(self) -> None:
+        asyncio.set_event_loop(self._loop)
+        # What goes wrong in a callback ends the connection, and its end is reported.
+        self._loop.set_exception_handler(lambda loop, context: None)
+        self._task = self._loop.create_task(self._serve())
+        try:
+            self._loop.run_until_complete(self._task)
+        except asyncio.CancelledError:
+            pass
+        finally:
+            # Lets closed transports go.
+            self._loop.run_until_complete(asyncio.sleep(0.0))
+            self._loop.close()
+
+    async def _serve(self) -> None:
+        where = f"QTM at {self._host}:{self._port}"
+        while True:
+            try:
+                await _Session(self._qtm, self).run()
+            except TimeoutError:
+                self.problem = f"{where} does not answer within {self._silence_s:g} s"
+            except OSError as error:
+                reason = error.strerror or str(error)
+                self.problem = f"cannot connect to {where}: {reason}"
+            except self._qtm.QRTCommandException as error:
+                self.problem = f"{where} refuses: {_text(error.value)}"
+            except DataError as error:
+                self.problem = f"{where}: {error}"
+            self.failures += 1
+            await asyncio.sleep(self._retry_s)
+
+
+class _Session:
+    """One connection, from the first byte to its end."""
+
+    def __init__(self, qtm: ModuleType, client: QtmClient) -> None:
+        self._qtm = qtm
+        self._client = client
+        self._layout = MarkerLayout(())
+        self._received = 0
+        self._streaming = False
+        self._ended = asyncio.Event()
+        self._reason = "the connection was closed"
+
+    async def run(self) -> None:
+        """Stream until the connection ends.
+
+        Raises:
+            DataError: saying why it ended.
+            OSError, TimeoutError, QRTCommandException: from connecting and asking.
+        """
+        client = self._client
+        loop = asyncio.get_running_loop()
+        timeout = client._silence_s
+        # Not qtm_rt.connect: it hides why a connection fails, and waits for ever for an answer.
+        protocol = self._qtm.protocol.QTMProtocol(
+            loop=loop, on_event=self._on_event, on_disconnect=self._on_disconnect
+        )
+        try:
+            await asyncio.wait_for(
+                loop.create_connection(lambda: protocol, client._host, client._port), timeout
+            )
+            await asyncio.wait_for(protocol.set_version(VERSION), timeout)
+            connection = self._qtm.QRTConnection(protocol, timeout)
+            self._layout = read_layout(await connection.get_parameters(["general", "3d"]))
+            try:
+                await connection.stream_frames(client._frames_wanted, ["3d"], self._on_packet)
+            except TimeoutError:
+                raise DataError(_SILENT) from None
+            self._streaming = True
+            client.connections += 1
+            await self._watch(timeout)
+        finally:
+            if protocol.transport is not None:
+                protocol.transport.close()
+
+    async def _watch(self, timeout: float) -> None:
+        """Return by raising, when the stream ends or falls silent."""
+        while True:
+            before = self._received
+            try:
+                await asyncio.wait_for(self._ended.wait(), timeout)
+            except TimeoutError:
+                if self._received == before:
+                    raise DataError(_SILENT) from None
+                continue
+            raise DataError(self._reason)
+
+    def _on_packet(self, packet: Any) -> None:
+        received_ns = self._client._clock()
+        found = packet.get_3d_markers()
+        if found is None:
+            return
+        positions = np.array(found[1], dtype=np.float64).reshape(-1, 3)
+        if len(positions) != len(self._layout.names):
+            self._end(f"a frame holds {len(positions)} markers, not {len(self._layout.names)}")
+            return
+        self._received += 1
+        self._client.problem = ""
+        self._client._frames.append(
+            QtmFrame(
+                layout=self._layout,
+                number=int(packet.framenumber),
+                source_ns=int(packet.timestamp) * 1000,
+                received_ns=received_ns,
+                positions=positions,
+            )
+        )
+
+    def _on_event(self, event: Any) -> None:
+        # What is said before the stream begins is of the past.
+        if self._streaming and event.name in _ENDS_STREAM:
+            self._end(f"QTM says {event.name.removeprefix('Event')}")
+
+    def _on_disconnect(self, error: Exception | None) -> None:
+        self._end(f"the connection broke: {error}" if error else "the connection was closed")
+
+    def _end(self, reason: str) -> None:
+        if not self._ended.is_set():
+            self._reason = reason
+            self._ended.set()
+
+
+_SILENT = "connected, but no frames come; start a measurement, or real-time output from a file"
+
+
+def _text(value: Any) -> str:
+    return value.decode(errors="replace") if isinstance(value, bytes) else str(value)
