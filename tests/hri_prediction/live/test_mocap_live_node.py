@@ -187,7 +187,7 @@ def test_labels_that_do_not_fit_any_more(rig: Rig, server: QtmServer) -> None:
         ({"place": "1,2"}, "placement '1,2'"),
         ({"axes": "up"}, "--axes up"),
         ({"port": 0}, "port"),
-        ({"use_sim_time": True}, "use_sim_time is set"),
+        ({"use_sim_time": True}, "not that of a simulation"),
     ],
 )
 def test_parameters_that_cannot_be(rig: Rig, server: QtmServer, values, match: str) -> None:

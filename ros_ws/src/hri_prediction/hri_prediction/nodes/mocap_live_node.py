@@ -104,16 +104,16 @@ class MocapLiveNode(HriNode):
     stream is lost, must stop the robot, not free it.
 
     Raises:
-        ConfigError: a parameter is unusable, simulated time is asked for, or qtm-rt is not installed.
+        ConfigError: a parameter is unusable, the time is a simulation's, or qtm-rt is not installed.
     """
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__("mocap_live", period_s=PERIOD_S, **kwargs)
         config = declare_config(self, MocapLiveConfig)
-        if self.get_parameter("use_sim_time").value:
+        if self.lockstep or self.get_parameter("use_sim_time").value:
             raise ConfigError(
-                "use_sim_time is set, but live motion capture has the time of the day",
-                hint="leave use_sim_time away for a live source",
+                "live motion capture has the time of the day, not that of a simulation",
+                hint="leave use_sim_time away; in lock-step, take the replayer",
             )
         self._config = config
         self._bodies = config.live_bodies()
