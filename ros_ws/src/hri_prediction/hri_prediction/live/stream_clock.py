@@ -67,5 +67,5 @@ class StreamClock:
     def restart(self) -> None:
         """Forget the offset, as another measurement begins; stamps still go on increasing."""
         self._least.clear()
+        self.restarts += self._last_source_ns is not None
         self._last_source_ns = None
-        self.restarts += 1
