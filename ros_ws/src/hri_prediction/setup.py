@@ -1,7 +1,5 @@
 """Build description for colcon (ament_python)."""
 
-from glob import glob
-
 from setuptools import find_packages, setup
 
 PACKAGE = "hri_prediction"
@@ -10,11 +8,10 @@ setup(
     name=PACKAGE,
     version="0.1.0",
     packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
-    package_data={PACKAGE: ["py.typed", "models/*", "config/*.yaml"]},
+    package_data={PACKAGE: ["py.typed", "ros/*.xml"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
-        (f"share/{PACKAGE}/config", glob("hri_prediction/config/*.yaml")),
     ],
     zip_safe=False,
     maintainer="The HRI stack maintainers",

@@ -238,9 +238,9 @@ def start_recorder(folder: Path, domain: int) -> subprocess.Popen:
             *("-p", f"output:={folder}", "-p", "flush_period:=0.2"),
         ],
         env={
+            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
             **os.environ,
             "ROS_DOMAIN_ID": str(domain),
-            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
         },
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

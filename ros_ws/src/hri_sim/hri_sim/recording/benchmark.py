@@ -147,9 +147,9 @@ def benchmark_recorder(
     with tempfile.TemporaryDirectory() as scratch:
         bag = Path(folder or scratch) / "benchmark"
         env = {
+            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
             **os.environ,
             "ROS_DOMAIN_ID": str(domain),
-            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
         }
         recorder = subprocess.Popen(
             [
