@@ -19,7 +19,7 @@ from hri_prediction.ros.readiness import ready_line  # noqa: E402
 from hri_sim.launch import run_node  # noqa: E402
 
 DOMAIN = 1 + (os.getpid() + 53) % 100
-NODES = ("predictor", "ptomp", "person", "recorder", "replayer", "simulator")
+NODES = ("mocap_live", "predictor", "ptomp", "person", "recorder", "replayer", "simulator")
 
 
 def test_without_arguments_the_nodes_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
