@@ -337,3 +337,19 @@ def test_a_cancelled_robot_that_is_not_seen_any_more(graph: Graph, scenario: Sce
     result = finish(graph, handle, 4.0)
     assert result.outcome == ReachTarget.Result.LOST_INPUT
     assert "not seen to come to rest" in result.reason
+
+
+def test_every_interval_without_a_plan_counts(graph: Graph, scenario: Scenario) -> None:
+    """Also those in which no replan began, as the one before took so long."""
+    graph.run(0.4)
+    start_reach(graph, scenario)
+    run_into_motion(graph)
+    node = graph.nodes["ptomp"]
+    assert isinstance(node, PtompNode)
+    before = graph.messages("/ptomp/status")[-1].deadline_misses
+    # Just short of what stops the robot: 36 ms intervals, of which one plan takes 80 ms.
+    node._worker = SlowWorker(node, 0.08)  # type: ignore[assignment]
+    graph.run(0.036 + 0.088)
+    node._worker = SlowWorker(node, 0.0)  # type: ignore[assignment]
+    graph.run(0.1)
+    assert graph.messages("/ptomp/status")[-1].deadline_misses - before == 2

@@ -298,6 +298,7 @@ class PtompNode(HriNode):
             self._next_heartbeat_ns = now_ns
             # While paused no replan was due: the first one must not count as late.
             self._last_plan_ns = now_ns
+            self._next_cycle_ns = max(self._next_cycle_ns, now_ns)
             if motion is not None:
                 motion.lost_since_ns = None
         self._scale = 1.0
@@ -434,6 +435,8 @@ class PtompNode(HriNode):
         # From the last hand-over, not from this tick: else each interval is longer by part of a tick.
         begin_ns = self._next_cycle_ns
         if now_ns - begin_ns > self._interval_ns // 4:
+            if self._scale != 0.0 and (motion is None or motion.started):
+                self._missed(motion, (now_ns - begin_ns) // self._interval_ns)
             begin_ns = now_ns
         handover_ns = begin_ns + self._interval_ns
         if (
@@ -549,9 +552,7 @@ class PtompNode(HriNode):
         self._compute_ms.append(cycle.compute_s * 1e3)
         self._late_ms.append((now_ns - cycle.handover_ns) / 1e6)
         if late := now_ns > cycle.handover_ns - (0 if self.lockstep else TRANSPORT_NS):
-            self._misses += 1
-            if motion is not None:
-                motion.misses += 1
+            self._missed(motion)
         else:
             # Only a plan in time shows that replanning works again.
             self._overdue, self._failure = False, ""
@@ -563,9 +564,16 @@ class PtompNode(HriNode):
         self._last_plan_ns = now_ns
         self._publish_plan(now_ns, motion, cycle)
 
+    def _missed(self, motion: Motion | None, intervals: int = 1) -> None:
+        """Count intervals that brought no new plan."""
+        self._misses += intervals
+        if motion is not None:
+            motion.misses += intervals
+
     def _note_failure(self, error: DataError | PlanningError) -> None:
         """A replan failed: the robot stays on the plan before, until that is too old."""
         self._failures += 1
+        self._missed(self._motion)
         self._failure = str(error)
         self.fault("replan", f"a replan failed: {error}")
 
