@@ -103,6 +103,7 @@ class Conductor:
         self._next_say = 0.0
         self._goal: Any = None
         self._cue_ns = 0
+        self._person_end_ns = 0
         self._accepted_s = 0.0
         self._vital = [self._node.resolve_topic_name(topic) for topic in vital_topics(scenario)]
 
@@ -250,10 +251,18 @@ class Conductor:
         self._begun = True
         for index in range(len(self._scenario.reaches)):
             self.rest(REST_S)
+            self._wait_for_start(index)
             self._reach(index)
             if self._reports[-1].outcome != "reached":
                 break
         self.rest(REST_S)
+
+    def _wait_for_start(self, index: int) -> None:
+        """Until it is time for a reach; the first one sets the time."""
+        if index:
+            start_s = self._scenario.reaches[index].start - CUE_LEAD_S
+            due_ns = self._reports[0].cue_ns + seconds_to_ns(start_s)
+            self.spin_until(lambda: self.now_ns() >= due_ns, start_s + 60.0, "a reach's start")
 
     def _reach(self, index: int) -> None:
         reach = self._scenario.reaches[index]
@@ -305,9 +314,15 @@ class Conductor:
         )
         self._reports.append(report)
         # The person may still be on the way: the robot must stay clear of that too.
-        person_end_ns = cue_ns + seconds_to_ns(reach.person_delay + 1.4 * reach.person_duration)
         if reach.person_target:
-            self.spin_until(lambda: self.now_ns() >= person_end_ns, 30.0, "the person's rest")
+            seconds = reach.person_delay + 1.4 * reach.person_duration
+            self._person_end_ns = cue_ns + seconds_to_ns(seconds)
+        later = self._scenario.reaches[index + 1 :]
+        if not later or later[0].person_target:
+            left_s = (self._person_end_ns - self.now_ns()) * 1e-9
+            self.spin_until(
+                lambda: self.now_ns() >= self._person_end_ns, left_s + 30.0, "the person's rest"
+            )
         self._reports[-1] = replace(report, over_ns=self.now_ns())
 
     def _report_interrupted(self, reason: str) -> None:

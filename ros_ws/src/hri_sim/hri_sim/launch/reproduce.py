@@ -294,8 +294,7 @@ def write_replay(
             "dfki-ric/vMCI_segmentation), library trained on the other runs; `vicon_*`: seated reaches "
             "(MiaH-kin/UE_ADLdatabase), library trained on the other subjects. The robot's scene is drawn "
             "by seed so that its nominal motion collides with the recording; no planner's outcome is "
-            "looked at. Of several reaches only one has to collide, and at a nominal time: live, a reach "
-            "begins when the one before has ended, so that their baseline may pass the person. "
+            "looked at. "
             "Regions and errors: wrist, all horizons, while reaching.",
             "",
             origin_line(origin),

@@ -1,10 +1,14 @@
 """A scenario around a recorded person: robot reaches that nominally collide with the recording.
 
 As in :mod:`~hri_sim.scenario.conditions`, only nominal motions decide, never a planner's outcome.
-The recording starts with the first reach and plays to its end, whatever the robot does.
+The recording starts with the first reach and plays to its end, whatever the robot does. Each reach begins
+at its own time of the recording, so that those drawn to collide would collide live; they are as many as the
+person's movements allow.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,13 +20,24 @@ from hri_sim.scenario.conditions import ROBOT_ABS_Y, ROBOT_DURATION_S, ROBOT_X, 
 from hri_sim.scenario.examination import RobotPart, clearance_series, robot_part
 from hri_sim.scenario.schema import PersonSpec, Posture, ReachSpec, Scenario, TableSpec, Vector3
 
-BETWEEN_REACHES_S = 1.3
-"""Usual time between the end of one reach and the start of the next, in a live run [s]."""
+CYCLE_S = 4.0
+"""Time from the start of one reach to the start of the next, long enough for slow reaches [s]."""
 START_CLEARANCE_M = 0.10
 HOLD_CLEARANCE_M = 0.03
 _ELBOW_UP = np.array([0.0, -0.4, 0.0, 1.5, 0.0, -0.8, 0.0])
 _SCENES = 400
+_FAIR_SEARCH = 25
 _GOALS = 60
+
+
+@dataclass(frozen=True)
+class _Draw:
+    """The robot's part of a scene: joint angles at the start, goals, the person's delay [s]."""
+
+    q_start: Posture = (0.0,) * 7
+    goals: tuple[Vector3, ...] = ()
+    delay: float = 0.0
+    collisions: int = 0
 
 
 def recorded_person(track: ArmTrack, body_id: str = "person1") -> PersonSpec:
@@ -60,20 +75,22 @@ def recorded_scenario(track: ArmTrack, seed: int, reaches: int | None = None) ->
     Args:
         track: The recording, placed in the world.
         seed: Seed of the draw.
-        reaches: Robot reaches; none: as many as fit into the recording (at least one).
+        reaches: Robot reaches; none: as many as fit into the recording, one every :data:`CYCLE_S` (at
+            least one).
 
     Raises:
         PlanningError: when nothing drawn makes a fair test; e.g. the person sits out of the way.
         DataError: when the recording does not show the arm.
     """
-    cycle = ROBOT_DURATION_S + BETWEEN_REACHES_S
-    count = reaches or max(1, int(track.duration / cycle))
+    count = reaches or max(1, int(track.duration / CYCLE_S))
     person = recorded_person(track)
     rng = np.random.default_rng((seed, count))
-    for _ in range(_SCENES):
-        found = _draw(track.filled(10.0), count, rng, cycle)
-        if found is not None:
-            q_start, goals, delay = found
+    filled, best = track.filled(10.0), _Draw()
+    for number in range(_SCENES):
+        found = _draw(filled, count, rng)
+        best = max(best, found, key=lambda drawn: drawn.collisions)
+        # The person may be out of reach at one of the times: then as many collide as a fair search finds.
+        if best.collisions == count or (best.collisions and number >= _FAIR_SEARCH):
             break
     else:
         raise PlanningError(
@@ -81,22 +98,23 @@ def recorded_scenario(track: ArmTrack, seed: int, reaches: int | None = None) ->
             "clear of it",
             hint="place the person differently (--place X,Y,Z,YAW), or give a --scenario",
         )
-    targets = {f"robot_{i + 1}": goal for i, goal in enumerate(goals)}
+    targets = {f"robot_{i + 1}": goal for i, goal in enumerate(best.goals)}
     targets["recorded"] = person.home
     specs = [
         ReachSpec(
             robot_target=f"robot_{i + 1}",
             person_target="recorded" if i == 0 else None,
-            person_delay=delay if i == 0 else 0.0,
+            person_delay=best.delay if i == 0 else 0.0,
             person_duration=track.duration / 1.4,
             duration=ROBOT_DURATION_S,
+            start=i * CYCLE_S,
         )
         for i in range(count)
     ]
     return Scenario(
         name=f"recorded_{track.subject}_{track.task}_{track.trial}",
         seed=seed,
-        robot_start=_posture(q_start),
+        robot_start=best.q_start,
         table=TableSpec(),
         targets=targets,
         persons=(person,),
@@ -104,9 +122,11 @@ def recorded_scenario(track: ArmTrack, seed: int, reaches: int | None = None) ->
     )
 
 
-def _draw(
-    track: ArmTrack, count: int, rng: np.random.Generator, cycle: float
-) -> tuple[FloatArray, list[Vector3], float] | None:
+def _draw(track: ArmTrack, count: int, rng: np.random.Generator) -> _Draw:
+    """One scene; without goals when it cannot be.
+
+    A reach collides if any of the goals tried does so; else it is the first that is clear.
+    """
     robot, table = load_robot(), TableSpec()
     left = bool(rng.integers(2))
     delay = round(float(rng.uniform(0.0, 0.6)), 3)
@@ -116,10 +136,11 @@ def _draw(
     try:
         q_start = np.round(robot_part(robot, posture, start, 1.0, table).goal, 4)
     except PlanningError:
-        return None
-    q, goals, collides = q_start, [], False
+        return _Draw()
+    q, goals, collisions = q_start, [], 0
     for index in range(count):
         left = not left
+        chosen: tuple[Vector3, FloatArray] | None = None
         for _ in range(_GOALS):
             goal = _robot_point(rng, left)
             try:
@@ -128,16 +149,17 @@ def _draw(
                 continue
             if part.speed_share > 0.9 or part.table_clearance <= 0.0:
                 continue
-            clear, hits = _examine(track, part, index * cycle - delay)
-            # A single reach must collide itself; of several, which have no certain phase, one must.
-            if clear and (hits or count > 1):
-                goals.append(goal)
-                collides |= hits
-                q = part.goal
+            clear, hits = _examine(track, part, index * CYCLE_S - delay)
+            if clear and (hits or chosen is None):
+                chosen = goal, part.goal
+            if clear and hits:
+                collisions += 1
                 break
-        else:
-            return None
-    return (q_start, goals, delay) if collides else None
+        if chosen is None:
+            return _Draw()
+        goals.append(chosen[0])
+        q = chosen[1]
+    return _Draw(_posture(q_start), tuple(goals), delay, collisions)
 
 
 def _examine(track: ArmTrack, part: RobotPart, begin_s: float) -> tuple[bool, bool]:

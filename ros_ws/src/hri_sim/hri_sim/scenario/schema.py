@@ -110,6 +110,7 @@ class ReachSpec(_Model):
         person_candidates: Targets among which an observer cannot choose beforehand (ambiguous
             intent); empty: the person is known to reach for ``person_target``.
         duration: Duration of the robot's nominal motion [s].
+        start: The reach begins no earlier than this after the begin of the first one [s].
     """
 
     robot_target: Name
@@ -119,6 +120,7 @@ class ReachSpec(_Model):
     person_duration: Positive = 1.3
     person_candidates: tuple[Name, ...] = ()
     duration: Positive = 1.5
+    start: NonNegative = 0.0
 
     @model_validator(mode="after")
     def _candidates_hold_target(self) -> ReachSpec:
