@@ -94,6 +94,16 @@ class PredictorConfig:
     inflation: float = parameter(
         1.0, "factor on the predicted covariance (calibration)", low=0.01, high=100.0
     )
+    calibration_rate: float = parameter(
+        0.05,
+        "how fast regions widen where this person was outside of them (0: never); the logarithm "
+        "of the factor rises by 0.95 of this a miss and falls by 0.05 of it a hit",
+        low=0.0,
+        high=1.0,
+    )
+    calibration_limit: float = parameter(
+        100.0, "largest factor on the predicted covariance from online calibration", low=1.0
+    )
     pace_sd: float = parameter(
         0.07,
         "uncertainty of the pace to come, relative: widens predictions along the direction of "

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hri_prediction.prediction.bank import BankPrior, HypothesisBank, bank_prior
+from hri_prediction.prediction.calibration import OnlineCalibration
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.input_check import InputCheck
 from hri_prediction.prediction.library import DIMS, TaskLibrary
@@ -17,6 +18,8 @@ from hri_prediction.tracks.segmentation import ReachSegmenter
 from hri_prediction.tracks.track import ArmSample
 
 Array = NDArray[np.float64]
+CALIBRATION_STEP_S = 0.1
+"""Distance of the horizons at which predictions are compared with what came [s]."""
 
 
 class ReachPredictor:
@@ -44,6 +47,14 @@ class ReachPredictor:
         self._points = 1 + round(self.config.horizon / self.config.step)
         self._times: Array = np.asarray(np.arange(self._points) * self.config.step, dtype=float)
         self.counters: dict[str, int] = {}
+        self._calibration = OnlineCalibration(
+            CALIBRATION_STEP_S,
+            max(1, min(10, int(self.config.horizon / CALIBRATION_STEP_S))),
+            self.config.calibration_rate,
+            self.config.calibration_limit,
+        )
+        compared = np.arange(self._calibration.count + 1) * CALIBRATION_STEP_S
+        self._compared: Array = np.asarray(compared, dtype=float)
         if library is not None:
             for side in ("left", "right"):
                 self._priors[side] = bank_prior(library.for_side(side), self.config)
@@ -53,10 +64,12 @@ class ReachPredictor:
     def reset(self) -> None:
         """Forget the person; counters and library stay."""
         self._check.reset()
+        self._calibration.reset()
         self._forget()
 
     def _forget(self) -> None:
         self._segmenter.reset()
+        self._calibration.forget_pending()
         self._buffer: deque[tuple[float, Array]] = deque()
         self._known = np.full((4, 3), math.nan)
         self._hand: Array | None = None
@@ -110,7 +123,10 @@ class ReachPredictor:
         self._buffer.append((now, points))
         while now - self._buffer[0][0] > self.config.buffer_time:
             self._buffer.popleft()
-        event = self._segmenter.push(now, points[2]) if verdict.usable[2] else None
+        event = None
+        if verdict.usable[2]:
+            self._calibration.seen(now, points[2])
+            event = self._segmenter.push(now, points[2])
         if event is not None and event.kind == "onset":
             self._begin(event.time_s)
         elif event is not None:
@@ -174,6 +190,9 @@ class ReachPredictor:
         )
         if failed:
             self._count("failed hypotheses", failed)
+        if time_s == self._usable_s:  # not for samples from before the onset was noticed
+            mean, covariance = self._from_bank(time_s, self._compared)
+            self._calibration.predicted(time_s, mean[1:, 1], covariance[1:, 1])
 
     def _count(self, name: str, by: int = 1) -> None:
         self.counters[name] = self.counters.get(name, 0) + by
@@ -202,7 +221,8 @@ class ReachPredictor:
         elbow_wrist = self._resting()
         moving = state == ReachState.REACHING
         if moving and self._bank_ready():
-            mean, covariance = self._from_bank(newest)
+            mean, covariance = self._from_bank(newest, self._times)
+            covariance *= self._calibration.factors(self._times)[:, None, None, None]
         elif moving:
             mean, covariance = self._constant_velocity(elbow_wrist)
         else:
@@ -260,20 +280,20 @@ class ReachPredictor:
         prior = np.bincount(bank.prior.tasks, np.exp(bank.prior.log_prior))
         return bank.prior.names, prior / prior.sum(), (0.0, 0.0)
 
-    def _from_bank(self, now: float) -> tuple[Array, Array]:
-        mean, covariance = self._banks[self._side].moments(
-            now - self._onset_s, self.config.step, self._points
-        )
+    def _from_bank(self, now: float, times: Array) -> tuple[Array, Array]:
+        """Elbow and wrist at ``now + times``, evenly spaced from 0: (K, 2, 3) and (K, 2, 3, 3)."""
+        step = float(times[1])
+        mean, covariance = self._banks[self._side].moments(now - self._onset_s, step, len(times))
         mean += self._reference
         # People speed up and slow down within a reach; a bank of constant paces cannot know.
-        drift = np.gradient(mean, self.config.step, axis=0)
-        drift *= (self.config.pace_sd * self._times)[:, None, None]
+        drift = np.gradient(mean, step, axis=0)
+        drift *= (self.config.pace_sd * times)[:, None, None]
         covariance += drift[..., :, None] * drift[..., None, :]
         # What the model cannot follow, and samples newer than the last update: the path begins
         # at the newest sample and returns to the model within anchor_time.
         offset = self._current[1:3] - mean[0]
         offset[np.isnan(offset)] = 0.0
-        fade = np.exp(-self._times / max(self.config.anchor_time, 1e-6))
+        fade = np.exp(-times / max(self.config.anchor_time, 1e-6))
         mean += fade[:, None, None] * offset
         covariance *= self.config.inflation
         covariance += np.eye(3) * self.config.noise_sd**2

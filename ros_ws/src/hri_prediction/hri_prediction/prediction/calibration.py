@@ -1,0 +1,90 @@
+"""Calibration online: predictions are compared with what came, and widened where they were too sure.
+
+A library that does not fit its person (other movements, pauses, another pace) makes regions too narrow.
+Of every prediction some horizons are kept until their time has come; the factor on the covariance then
+rises by ``rate * 0.95`` (in its logarithm) when the wrist was outside of the 95 % region, and falls by
+``rate * 0.05`` when it was inside, so that in the long run 95 % are inside whatever the movements are
+(adaptive conformal inference: Gibbs and Candès, "Adaptive conformal inference under distribution shift",
+NeurIPS 2021). It never falls below one: a few good reaches do not show that regions may be narrower.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+LEVEL = 0.95
+_REGION_95 = 7.814727903251179
+"""95 % quantile of the chi-square distribution with three degrees of freedom."""
+_LONGEST_GAP_S = 0.15
+"""Over longer gaps between samples nobody knows where the wrist was [s]."""
+
+
+class OnlineCalibration:
+    """Factors on the covariances of predicted wrist positions, one a horizon.
+
+    Args:
+        step_s: Distance of the horizons that are compared [s].
+        count: Number of horizons; the longest is ``count * step_s``.
+        rate: How fast the factors follow; 0 keeps them at one.
+        largest: Largest factor.
+    """
+
+    def __init__(self, step_s: float, count: int, rate: float, largest: float) -> None:
+        self.step_s, self.count = step_s, count
+        self._rate = rate
+        self._limit = math.log(largest)
+        self._horizons = np.arange(1, count + 1) * step_s
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the person."""
+        self._logs = np.zeros(self.count)
+        self.forget_pending()
+
+    def forget_pending(self) -> None:
+        """Drop predictions whose time has not come; the factors stay."""
+        self._pending: list[deque[tuple[float, Array, Array]]] = [
+            deque() for _ in range(self.count)
+        ]
+        self._before: tuple[float, Array] | None = None
+
+    def predicted(self, now_s: float, mean: Array, covariance: Array) -> None:
+        """Keep a prediction until its times have come.
+
+        Args:
+            now_s: Its time [s].
+            mean: Wrist at ``now_s + (k + 1) step_s`` (count, 3) [m].
+            covariance: Before any factor (count, 3, 3) [m²].
+        """
+        for k, waiting in enumerate(self._pending):
+            waiting.append((now_s + float(self._horizons[k]), mean[k], covariance[k]))
+
+    def seen(self, now_s: float, wrist: Array) -> None:
+        """Compare what is due with the wrist (3,) [m] that was seen at ``now_s``."""
+        if self._before is not None:
+            begin_s, begin = self._before
+            for k, waiting in enumerate(self._pending):
+                while waiting and waiting[0][0] <= now_s:
+                    due_s, mean, covariance = waiting.popleft()
+                    if due_s < begin_s or now_s - begin_s > _LONGEST_GAP_S:
+                        continue  # the wrist was not seen then
+                    share = (due_s - begin_s) / (now_s - begin_s)
+                    self._score(k, begin + share * (wrist - begin) - mean, covariance)
+        self._before = (now_s, wrist.copy())
+
+    def _score(self, k: int, error: Array, covariance: Array) -> None:
+        square = float(error @ np.linalg.solve(covariance, error))
+        missed = square > math.exp(self._logs[k]) * _REGION_95
+        step = self._rate * (LEVEL if missed else LEVEL - 1.0)
+        self._logs[k] = min(max(self._logs[k] + step, 0.0), self._limit)
+
+    def factors(self, times_s: Array) -> Array:
+        """Factors on the covariance at horizons (K,) [s]: one at none, level beyond the longest."""
+        logs = np.interp(times_s, np.r_[0.0, self._horizons], np.r_[0.0, self._logs])
+        return np.asarray(np.exp(logs))
