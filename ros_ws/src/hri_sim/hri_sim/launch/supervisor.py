@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import functools
 import os
 import signal
 import subprocess
@@ -97,11 +98,15 @@ except OSError:  # pragma: no cover - a system without a C library to load
     _LIBC = None
 
 
-def _die_with_parent() -> None:
-    """In the child: end when the supervisor dies, however it dies. No imports, no locks: a fork."""
+def die_with(parent: int) -> None:
+    """In the child: end when the supervisor dies, however it dies. No imports, no locks: a fork.
+
+    Args:
+        parent: Its process id. In a container it may be 1, which elsewhere is who takes in orphans.
+    """
     if _LIBC is not None:
         _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGINT)
-    if os.getppid() == 1:  # it died before the line above
+    if os.getppid() != parent:  # it died before the line above
         os._exit(1)
 
 
@@ -173,7 +178,7 @@ class Supervisor:
                     env=self._environment,
                     # Ctrl-C reaches only the supervisor, which stops the nodes in order.
                     start_new_session=True,
-                    preexec_fn=_die_with_parent,
+                    preexec_fn=functools.partial(die_with, os.getpid()),
                 )
             self._specs[spec.label] = spec
 
