@@ -5,6 +5,7 @@ Standard library only, and old syntax on purpose: this runs in whatever ``python
 
 import fcntl
 import os
+import runpy
 import signal
 import subprocess
 import sys
@@ -12,8 +13,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 VENV = ROOT / ".venv"
-PROFILE = ROOT.joinpath(
-    "ros_ws", "src", "hri_prediction", "hri_prediction", "ros", "this_machine.xml"
+DISCOVERY = ROOT.joinpath(
+    "ros_ws", "src", "hri_prediction", "hri_prediction", "ros", "this_machine.py"
 )
 
 
@@ -34,30 +35,9 @@ def environment():
     # Several processes share two cores: one thread each for linear algebra on small matrices.
     for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         env.setdefault(name, "1")
-    _stay_on_this_machine(env)
+    env.update(runpy.run_path(str(DISCOVERY))["stay_on_this_machine"](env))
     env["HRI_PROJECT_ROOT"] = str(ROOT)
     return env
-
-
-def _stay_on_this_machine(env):
-    """Discovery on this machine alone, over UDP, unless the user has chosen something else.
-
-    Not the shared-memory transport: a process that is killed may leave it locked for all others. For
-    LOCALHOST, rmw_fastrtps sets it up in any case; the profile does what LOCALHOST does, without it.
-    """
-    chosen = (
-        "ROS_AUTOMATIC_DISCOVERY_RANGE",
-        "ROS_STATIC_PEERS",
-        "ROS_DISCOVERY_SERVER",
-        "FASTRTPS_DEFAULT_PROFILES_FILE",
-    )
-    middleware = env.get("RMW_IMPLEMENTATION") or "rmw_fastrtps_cpp"
-    if middleware.startswith("rmw_fastrtps") and not any(env.get(name) for name in chosen):
-        env["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "SYSTEM_DEFAULT"
-        env["FASTRTPS_DEFAULT_PROFILES_FILE"] = str(PROFILE)
-    else:
-        env.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-        env.setdefault("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")
 
 
 def _end_as_asked(number, frame):

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -25,6 +28,7 @@ from hri_prediction.bags.reader import BagReader, is_closed
 from hri_prediction.bags.salvage import salvage
 from hri_prediction.errors import HriError
 from hri_prediction.ros.qos import SENSOR
+from hri_prediction.ros.this_machine import CHOICES
 from hri_prediction.ros.time import to_ns
 from hri_sim.launch.ptomp import app
 
@@ -87,8 +91,17 @@ def nodes_of_moving_robot(launched: Launched) -> dict[str, psutil.Process]:
     return nodes
 
 
+def listen_from_a_terminal_of_the_users(launched: Launched, topic: str) -> subprocess.Popen[str]:
+    """A process in which nothing is set for discovery; ends when it has heard one message."""
+    environment = {name: value for name, value in os.environ.items() if name not in CHOICES}
+    environment["ROS_DOMAIN_ID"] = str(launched.domain)
+    command = [sys.executable, "-m", "hri_sim.tools.echo_topic", topic, "--once", "--timeout", "30"]
+    return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
+
+
 def test_a_run_from_start_to_end(launch: Launch) -> None:
     run = launch("--reaches", "1", "--seed", "100")
+    terminal = listen_from_a_terminal_of_the_users(run, "/joint_states")
     run.wait_for("moving")
     nodes = run.nodes()
     assert len(nodes) == 5
@@ -96,6 +109,7 @@ def test_a_run_from_start_to_end(launch: Launch) -> None:
         # On this machine alone, and over nothing that a killed node could leave locked.
         assert not [m.path for m in node.memory_maps() if m.path.startswith("/dev/shm/fast")], name
         assert {c.laddr.ip for c in node.net_connections("inet")} == {"127.0.0.1"}, name
+    assert "velocity" in terminal.communicate(timeout=30.0)[0]
     assert run.end() == 0, run.text
     assert not still_running(nodes)
 

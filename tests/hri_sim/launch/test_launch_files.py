@@ -18,6 +18,7 @@ from typing import Any, List  # noqa: UP035
 import numpy as np
 import pytest
 
+from hri_prediction.ros.this_machine import CHOICES, PROFILE
 from hri_prediction.tracks.files import save_tracks
 from hri_prediction.tracks.track import ArmTrack
 from hri_sim.launch.run import RunOptions, node_specs
@@ -167,6 +168,17 @@ def test_same_nodes_and_parameters_as_the_launch_script(tmp_path: Path) -> None:
 
 def test_nothing_is_recorded_unless_asked_for() -> None:
     assert "recorder" not in {n.executable for n in _launch(_path("ptomp.launch.py"))}
+
+
+def test_nodes_are_heard_on_this_machine_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in CHOICES:
+        monkeypatch.delenv(name, raising=False)
+    for node in _launch(_path("ptomp.launch.py")):
+        assert node.additional_env["FASTRTPS_DEFAULT_PROFILES_FILE"] == str(PROFILE)
+        assert node.additional_env["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "SYSTEM_DEFAULT"
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET")  # a cell of several machines
+    for node in _launch(_path("ptomp.launch.py")):
+        assert not {"FASTRTPS_DEFAULT_PROFILES_FILE", *CHOICES[:4]} & node.additional_env.keys()
 
 
 def test_a_real_cell_brings_its_own_robot_and_tracking() -> None:

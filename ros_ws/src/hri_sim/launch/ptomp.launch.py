@@ -8,9 +8,12 @@ the robot waits for a goal and the simulated person for a cue::
     ros2 action send_goal --feedback /ptomp/reach_target hri_msgs/action/ReachTarget \
         "{target: robot_1}"
 
-In a real cell leave out what the cell has itself: ``simulator:=false person:=false``.
+In a real cell leave out what the cell has itself: ``simulator:=false person:=false``. The nodes are
+heard on this machine alone, unless discovery is set up otherwise, as by
+``ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET``.
 """
 
+import os
 from importlib import resources
 from pathlib import Path
 from typing import List  # noqa: UP035
@@ -21,6 +24,7 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
+from hri_prediction.ros.this_machine import stay_on_this_machine
 from hri_prediction.tracks.files import load_tracks
 from hri_prediction.tracks.placement import Placement
 from hri_prediction.tracks.seating import suggest_placement
@@ -62,7 +66,7 @@ def to_action(spec: NodeSpec) -> Node:
         name=spec.label,
         parameters=[{name: typed(value) for name, value in spec.parameters.items()}],
         output="screen",
-        additional_env=ENVIRONMENT,
+        additional_env={**ENVIRONMENT, **stay_on_this_machine(os.environ)},
         on_exit=[Shutdown(reason=f"{spec.label} ended")] if spec.essential else None,
     )
 
