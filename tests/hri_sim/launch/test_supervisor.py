@@ -5,10 +5,14 @@ from __future__ import annotations
 import functools
 import os
 import subprocess
+import sys
+import time
+from pathlib import Path
 
 import pytest
 
-from hri_sim.launch.supervisor import die_with
+from hri_sim.launch import supervisor
+from hri_sim.launch.supervisor import NodeSpec, Supervisor, die_with
 
 
 @pytest.mark.parametrize(("parent", "code"), [(os.getpid, 0), (os.getppid, 1)])
@@ -17,3 +21,40 @@ def test_a_node_whose_parent_has_gone_does_not_start(parent, code: int) -> None:
     # container, says nothing by itself.
     done = subprocess.run(["true"], preexec_fn=functools.partial(die_with, parent()))
     assert done.returncode == code
+
+
+def _install(folder: Path, name: str, ending_s: float) -> None:
+    """A node that takes its time to end."""
+    path = folder / "lib" / "cell" / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(
+        f"#!{sys.executable}\n"
+        "import signal, sys, time\n"
+        f"signal.signal(2, lambda *_: (time.sleep({ending_s}), print('closed'), sys.exit(0)))\n"
+        "print('ready', flush=True)\n"
+        "time.sleep(60)\n"
+    )
+    path.chmod(0o755)
+
+
+def test_who_writes_may_take_longer_to_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(supervisor, "STOP_TIMEOUT_S", 0.2)
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
+    _install(tmp_path, "writer", 0.6)
+    _install(tmp_path, "stuck", 60.0)
+    said: list[str] = []
+    with Supervisor(tmp_path / "run") as nodes:
+        nodes.start(
+            [
+                NodeSpec("cell", "stuck", stop_timeout_s=0.2),
+                NodeSpec("cell", "writer", last=True, stop_timeout_s=20.0),
+            ]
+        )
+        end = time.monotonic() + 10.0
+        while not (nodes.last_words("stuck") and nodes.last_words("writer")):
+            assert time.monotonic() < end
+            time.sleep(0.01)
+        assert nodes.stop(said.append) == ["stuck"]
+    assert nodes.last_words("writer") == ("ready", "closed")
+    (line,) = said
+    assert line.startswith("writer is still writing")

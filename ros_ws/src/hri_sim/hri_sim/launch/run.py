@@ -36,6 +36,8 @@ from hri_sim.scenario.schema import Scenario, load_scenario, save_scenario
 COMMAND_TIMEOUT_S = 0.1
 """Heartbeat age at which the controller of a supervised run stops the robot [s]."""
 READY_TIMEOUT_S = 90.0
+RECORDER_STOP_TIMEOUT_S = 30.0
+"""A slow disk may still have to take much of the bag when a run ends [s]."""
 SCENARIO, LIBRARY = "scenario.yaml", "library.npz"
 """Files that a run leaves in its folder before its nodes start."""
 
@@ -212,6 +214,7 @@ def node_specs(
             },
             essential=False,
             last=True,
+            stop_timeout_s=RECORDER_STOP_TIMEOUT_S,
         ),
     ]
     if options.human == "simulated":
@@ -301,7 +304,7 @@ def _run_graph(options: RunOptions, console: Console, folders: RunFolders) -> Ru
         finally:
             conductor.close()
         say("stopping")
-        killed = supervisor.stop()
+        killed = supervisor.stop(tell=lambda text: _print(console, text))
     if killed:
         console.print(f"had to be killed: {', '.join(killed)}", highlight=False)
     reports = conductor.reports

@@ -10,7 +10,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
@@ -23,7 +23,7 @@ from hri_sim.launch.folder import LOGS, PARAMETERS
 
 _PR_SET_PDEATHSIG = 1
 STOP_TIMEOUT_S = 5.0
-"""How long a node may take to end after SIGINT before it is killed [s]."""
+"""How long a node may take to end after SIGINT, unless its specification gives it longer [s]."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +37,7 @@ class NodeSpec:
         name: Node name, when not the executable's own.
         essential: Whether the run cannot go on without it.
         last: Whether it is stopped after all others (the recorder, to miss nothing).
+        stop_timeout_s: How long it may take to end after SIGINT before it is killed [s].
     """
 
     package: str
@@ -45,6 +46,7 @@ class NodeSpec:
     name: str = ""
     essential: bool = True
     last: bool = False
+    stop_timeout_s: float = STOP_TIMEOUT_S
 
     @property
     def label(self) -> str:
@@ -210,30 +212,48 @@ class Supervisor:
         return self._specs[label].essential
 
     def kill(self, label: str) -> None:
-        """End a node at once, with SIGKILL (for fault tests)."""
+        """End a node at once, with SIGKILL."""
         self._processes[label].kill()
         self._processes[label].wait()
 
-    def stop(self) -> list[str]:
-        """Stop all nodes, the recorder last; returns those that had to be killed."""
+    def stop(self, tell: Callable[[str], None] | None = None) -> list[str]:
+        """Stop all nodes, the recorder last.
+
+        Args:
+            tell: Takes a line about a node that is waited for longer than usual.
+
+        Returns:
+            Those that had to be killed.
+        """
         killed: list[str] = []
         for last in (False, True):
             batch = [name for name, spec in self._specs.items() if spec.last is last]
-            killed += self._stop([name for name in batch if self._processes[name].poll() is None])
+            running = [name for name in batch if self._processes[name].poll() is None]
+            killed += self._stop(running, tell or (lambda text: None))
         self._reported.update(self._specs)
         return killed
 
-    def _stop(self, labels: list[str]) -> list[str]:
+    def _stop(self, labels: list[str], tell: Callable[[str], None]) -> list[str]:
         for label in labels:
             with contextlib.suppress(ProcessLookupError):
                 self._processes[label].send_signal(signal.SIGINT)
-        deadline = time.monotonic() + STOP_TIMEOUT_S
+        begin = time.monotonic()
         killed = []
         for label in labels:
-            try:
-                self._processes[label].wait(max(deadline - time.monotonic(), 0.05))
-            except subprocess.TimeoutExpired:
-                self._processes[label].kill()
-                self._processes[label].wait()
+            limit_s = self._specs[label].stop_timeout_s
+            if limit_s > STOP_TIMEOUT_S and not self._ends(label, begin + STOP_TIMEOUT_S):
+                tell(
+                    f"{label} is still writing: it is killed if that takes more than {limit_s:.0f} s"
+                )
+            if not self._ends(label, begin + limit_s):
+                self.kill(label)
                 killed.append(label)
         return killed
+
+    def _ends(self, label: str, deadline_s: float) -> bool:
+        """Whether a node ends by a time on the monotonic clock."""
+        try:
+            self._processes[label].wait(max(deadline_s - time.monotonic(), 0.05))
+        except subprocess.TimeoutExpired:
+            return False
+        return True
