@@ -98,7 +98,11 @@ def main(module, function="main", setup=(), graph=False):
     except Exception as error:
         from hri_prediction.errors import HriError
 
-        if not isinstance(error, HriError):
+        said = str(error)
+        # A disk that is full, a file that is gone.
+        if isinstance(error, OSError) and error.strerror:
+            said = "%s: %s" % (error.filename, error.strerror) if error.filename else error.strerror
+        elif not isinstance(error, HriError):
             raise
-        print("%s: error: %s" % (Path(sys.argv[0]).name, error), file=sys.stderr)
+        print("%s: error: %s" % (Path(sys.argv[0]).name, said), file=sys.stderr)
         sys.exit(1)

@@ -41,7 +41,7 @@ def conduct(options: RunOptions, console: Console, *, picture: bool, video: bool
                 files["video"] = folder / "video.mp4"
                 with console.status("rendering video.mp4"):
                     render_video(result.series.record, files["video"])
-    except HriError as error:
+    except (HriError, OSError) as error:
         explain(error, console)
         raise typer.Exit(1) from error
     except (KeyboardInterrupt, SystemExit) as error:

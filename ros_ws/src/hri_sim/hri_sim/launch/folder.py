@@ -129,9 +129,12 @@ class RunFolders:
         if others:
             remove(self.bag)
         logs = run.path / LOGS
+        marked = False
         if isinstance(error, HriError) and logs.is_dir():
-            (logs / NOT_BEGUN).write_text(f"{error}\n")
-        else:
+            with contextlib.suppress(OSError):  # the disk may be full
+                (logs / NOT_BEGUN).write_text(f"{error}\n")
+                marked = True
+        if not marked:
             remove(logs)
         run.discard(*self._files, PARAMETERS, BAG)
         for folder in others:

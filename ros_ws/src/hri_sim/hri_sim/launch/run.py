@@ -16,7 +16,7 @@ import psutil
 from rich.console import Console
 from rich.markup import escape
 
-from hri_prediction.errors import ConfigError, DataError, HriError
+from hri_prediction.errors import ConfigError, HriError
 from hri_prediction.prediction.library import TaskLibrary, train_library
 from hri_prediction.tracks.files import load_tracks
 from hri_prediction.tracks.placement import Placement
@@ -268,6 +268,8 @@ def run_graph(options: RunOptions, console: Console) -> RunResult:
         ConfigError: when the options do not fit, or a folder cannot be written.
         NodeDeath: when a node that the run needs ended by itself.
         GraphError: when the graph did not come up, or an answer did not come.
+        DataError: when the bag of a run that went well cannot be read.
+        OSError: when a file of the run cannot be written: the disk is full, say.
     """
     with RunFolders(options.out, options.bag, (SCENARIO, LIBRARY)) as folders:
         return _run_graph(options, console, folders)
@@ -320,12 +322,17 @@ def _run_graph(options: RunOptions, console: Console, folders: RunFolders) -> Ru
         )
         if broken is None:
             series = replace(series, record=with_baseline(series.record))
-    except DataError as error:
+    except Exception as error:  # a bag that ended early may be broken in any way
         if not (broken or supervisor.died("recorder")):
             raise
         _print(console, f"no figures of the recording, which ended early: {error}")
     summary = summarise(series, reports, scenario=scenario, bag=bag, seed=options.seed)
-    write_summary(options.out / "summary.json", summary)
+    try:
+        write_summary(options.out / "summary.json", summary)
+    except OSError as error:
+        if broken is None:
+            raise
+        _print(console, f"no summary.json: {_words(error)}")
     if broken is not None:
         print_table(console, summary)
         raise broken
@@ -336,7 +343,16 @@ def _why(error: BaseException) -> str:
     """What broke a run off, in plain words."""
     if isinstance(error, HriError):
         return error.problem
-    return "Ctrl-C" if isinstance(error, KeyboardInterrupt) else "told to end"
+    if isinstance(error, KeyboardInterrupt):
+        return "Ctrl-C"
+    return "told to end" if isinstance(error, SystemExit) else _words(error)
+
+
+def _words(error: BaseException) -> str:
+    """What an error says, without the number of one of the operating system's."""
+    if not isinstance(error, OSError) or not error.strerror:
+        return str(error)
+    return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
 
 
 class CpuMeter:
@@ -360,10 +376,10 @@ class CpuMeter:
         return (self._cpu_s() - self._spent) / max(time.monotonic() - self._begun, 1e-9)
 
 
-def explain(error: HriError, console: Console) -> None:
+def explain(error: HriError | OSError, console: Console) -> None:
     """Say why a run failed; of a dead node, its last words too."""
     console.print("[red]error:[/] ", end="", highlight=False)
-    _print(console, str(error))
+    _print(console, _words(error))
     if isinstance(error, NodeDeath):
         for line in error.death.last_words:
             _print(console, f"  {line}")

@@ -1,0 +1,123 @@
+"""Trouble after a run: a full disk or a broken bag is one line, and hides no death of a node."""
+
+from __future__ import annotations
+
+import errno
+import io
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+from rich.console import Console
+
+from hri_sim.launch import command, run
+from hri_sim.launch.conductor import NodeDeath
+from hri_sim.launch.run import RunOptions, run_graph
+from hri_sim.launch.supervisor import Death
+
+SCRIPTS = Path(__file__).resolve().parents[3] / "scripts"
+FULL = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+class _NoNodes:
+    """In place of the supervisor: starts nothing."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.pids: dict[str, int] = {}
+
+    def __enter__(self) -> _NoNodes:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        pass
+
+    def start(self, specs: object) -> None:
+        pass
+
+    def stop(self, tell: object) -> list[str]:
+        return []
+
+    def died(self, label: str) -> bool:
+        return False
+
+
+class _Dying:
+    """In place of the conductor: the planner dies while the run is under way."""
+
+    begun = True
+    reports: tuple[Any, ...] = ()
+
+    def __init__(self, *arguments: object, **options: object) -> None:
+        self.close = self.check_alone = self.wait_ready = self.break_off = lambda *a: None
+
+    def run(self) -> None:
+        raise NodeDeath(Death("ptomp", -9, ()))
+
+
+@pytest.fixture
+def console() -> Console:
+    return Console(file=io.StringIO(), width=200)
+
+
+def _said(console: Console) -> str:
+    return console.file.getvalue()  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(
+    ("where", "error", "words"),
+    [
+        ("read_run", ValueError("no such type"), "no figures of the recording"),
+        ("read_run", FULL, "no figures of the recording"),
+        ("write_summary", FULL, "no summary.json: No space left"),
+    ],
+)
+def test_a_node_that_died_is_named_whatever_comes_after_it(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    console: Console,
+    where: str,
+    error: Exception,
+    words: str,
+) -> None:
+    def fails(*arguments: object, **options: object) -> None:
+        raise error
+
+    monkeypatch.setattr(run, "Supervisor", _NoNodes)
+    monkeypatch.setattr(run, "Conductor", _Dying)
+    monkeypatch.setattr(run, where, fails)
+    with pytest.raises(NodeDeath, match="ptomp was ended by SIGKILL"):
+        run_graph(RunOptions(out=tmp_path / "run", reaches=1), console)
+    assert words in _said(console)
+
+
+def test_a_full_disk_is_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, console: Console
+) -> None:
+    def full(*arguments: object) -> None:
+        raise FULL
+
+    monkeypatch.setattr(command, "run_graph", full)
+    with pytest.raises(typer.Exit) as ended:
+        command.conduct(RunOptions(out=tmp_path), console, picture=False, video=False)
+    assert ended.value.exit_code == 1
+    assert _said(console) == "error: No space left on device\n"
+
+
+def test_a_full_disk_is_one_line_in_every_script(tmp_path: Path) -> None:
+    (tmp_path / "full.py").write_text(
+        "def main():\n    raise OSError(28, 'No space left', 'x.npz')\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", "import _project; _project.main('full')"],
+        env={**os.environ, "PYTHONPATH": f"{SCRIPTS}:{tmp_path}", "HRI_PROJECT_ROOT": str(SCRIPTS)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert done.returncode == 1
+    assert done.stderr == "-c: error: x.npz: No space left\n"
