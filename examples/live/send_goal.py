@@ -4,17 +4,24 @@ Start the nodes first (see the README, "Each node by hand"), then::
 
     scripts/_run_in_env python examples/live/send_goal.py robot_1 --person person_1
     scripts/_run_in_env python examples/live/send_goal.py 0.45 -0.30 0.30
+
+Ctrl-C cancels the goal: the robot stops.
 """
 
 from __future__ import annotations
 
 import argparse
 import math
+import signal
 import sys
+import time
 
 import rclpy
 from rclpy.action import ActionClient
 from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
 
 from hri_prediction.ros.conversions import WORLD
 from hri_prediction.ros.messages import Cue, ReachTarget
@@ -27,6 +34,26 @@ OUTCOMES = {
         "FAILED",
     )
 }  # fmt: skip
+
+
+def is_heard(node: Node, cues: Publisher, timeout_s: float = 5.0) -> bool:
+    """Wait until somebody other than a recorder listens to cues: one sent before would be lost."""
+    end = time.monotonic() + timeout_s
+    while time.monotonic() < end:
+        known = node.get_subscriptions_info_by_topic(cues.topic_name)
+        everybody = cues.get_subscription_count() >= len(known)
+        if everybody and any(listener.node_name != "recorder" for listener in known):
+            return True
+        rclpy.spin_once(node, timeout_sec=0.05)
+    return False
+
+
+def wait_for(node: Node, future: Future, timeout_s: float = math.inf) -> bool:
+    """Let messages in until an answer is there, or for so long; in short steps, for Ctrl-C."""
+    end = time.monotonic() + timeout_s
+    while not future.done() and time.monotonic() < end:
+        rclpy.spin_once(node, timeout_sec=0.1)
+    return bool(future.done())
 
 
 def main() -> int:
@@ -43,12 +70,26 @@ def main() -> int:
     if len(position) not in (0, 3) or not all(map(math.isfinite, position)):
         parser.error(f"goal {' '.join(options.goal)!r}: expected one name, or X Y Z in metres")
 
-    rclpy.init()
+    # Ctrl-C must not take ROS away, over which the goal is cancelled; SIGTERM does the same as Ctrl-C.
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     node = Node("send_goal")
+    try:
+        return send(node, options, position)
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+
+
+def send(node: Node, options: argparse.Namespace, position: list[float]) -> int:
+    """Send cue and goal, wait for the result; the exit code."""
     client = ActionClient(node, ReachTarget, "ptomp/reach_target")
     cues = node.create_publisher(Cue, "sim/cue", reliable(10))
     if not client.wait_for_server(timeout_sec=5.0):
         print("nobody serves /ptomp/reach_target: start the ptomp node first", file=sys.stderr)
+        return 1
+    if options.person and not is_heard(node, cues):
+        print("nobody listens to /sim/cue: start the person first", file=sys.stderr)
         return 1
 
     goal = ReachTarget.Goal(duration=options.duration)
@@ -72,16 +113,22 @@ def main() -> int:
         )
 
     sent = client.send_goal_async(goal, feedback_callback=on_feedback)
-    rclpy.spin_until_future_complete(node, sent)
-    if sent.done():
+    try:
+        wait_for(node, sent)
         answer = sent.result().get_result_async()
-        rclpy.spin_until_future_complete(node, answer)
-    if not sent.done() or not answer.done():
-        print("interrupted; the robot goes on to the goal", file=sys.stderr)
+        wait_for(node, answer)
+    except KeyboardInterrupt:
+        # Taken by the planner, perhaps, without our having heard of it.
+        cancelled = wait_for(node, sent, 2.0) and wait_for(
+            node, sent.result().cancel_goal_async(), 2.0
+        )
+        said = (
+            "the goal is cancelled" if cancelled else "no answer: the robot may go on to the goal"
+        )
+        print(f"interrupted; {said}", file=sys.stderr)
         return 130
     result = answer.result().result
     print(f"{OUTCOMES[result.outcome]}: {result.reason} ({result.replans} replans)")
-    rclpy.try_shutdown()
     return 0 if result.outcome == ReachTarget.Result.REACHED else 1
 
 
