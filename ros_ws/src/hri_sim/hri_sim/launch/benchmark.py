@@ -43,16 +43,29 @@ def measure(
         seconds: Duration of each measurement of recorder and simulator [s].
 
     Raises:
-        GraphError: when a recorder died: a benchmark of the others would flatter.
+        GraphError: when no run went well.
 
     Returns:
-        Content of ``results.json``, and the pooled latencies [ms] by name.
+        Content of ``results.json``, and the pooled latencies [ms] by name. Runs that failed, or whose
+        recorder died, are named as ``failures`` with the reason: figures of the others alone may flatter.
     """
     runs: list[RunResult] = []
+    failures: dict[int, str] = {}
     for seed in seeds:
         console.print(f"graph, seed {seed}", highlight=False)
         options = RunOptions(out=folder / f"seed_{seed}", seed=seed, reaches=reaches)
-        runs.append(run_graph(options, console))
+        try:
+            run = run_graph(options, console)
+        except HriError as error:
+            explain(error, console)
+            failures[seed] = str(error)
+            continue
+        if any(reach["goal_error_m"] is None for reach in run.summary["reaches"]):
+            failures[seed] = "the recorder died"
+        else:
+            runs.append(run)
+    if not runs:
+        raise GraphError("no run went well", hint="see the errors above")
     console.print("recorder", highlight=False)
     recorder = 0.0
     for rate in RECORDER_RATES_HZ:
@@ -61,14 +74,7 @@ def measure(
             recorder = max(recorder, result.sent_rate_hz)
     console.print("simulator", highlight=False)
     speed = measure_speed(load_shipped("table_reach"), seconds)
-    recorded = [
-        run.series
-        for run in runs
-        if run.series is not None
-        and all(reach["goal_error_m"] is not None for reach in run.summary["reaches"])
-    ]
-    if len(recorded) < len(runs):
-        raise GraphError(f"{len(runs) - len(recorded)} of {len(runs)} runs were not recorded")
+    recorded = [run.series for run in runs if run.series is not None]
     latencies = {
         "mocap_to_prediction": np.concatenate([s.mocap_to_prediction_ms for s in recorded]),
         "mocap_to_trajectory": np.concatenate([s.mocap_to_trajectory_ms for s in recorded]),
@@ -89,6 +95,7 @@ def measure(
         "sim_realtime_factor": speed.realtime_factor,
         "seeds": seeds,
         "outcomes": [run.summary["outcome"] for run in runs],
+        "failures": failures,
     }
     return results, latencies
 
@@ -133,6 +140,10 @@ def write_results(out: Path, results: dict[str, Any], latencies: dict[str, np.nd
         "",
         origin_line(results["origin"]),
         "",
+        *(
+            f"Seed {seed} is not counted: {cause}.\n"
+            for seed, cause in results.get("failures", {}).items()
+        ),
         "| what | measured | wanted |",
         "| --- | --- | --- |",
         *(f"| {what} | {measured} | {wanted} |" for what, measured, wanted in rows(results)),
@@ -190,6 +201,9 @@ def benchmark(
         table.add_row(*(escape(cell) for cell in row))
     console.print(table)
     console.print(f"results: {out / 'results.json'}", highlight=False)
+    if results["failures"]:
+        console.print(f"{len(results['failures'])} of {len(results['seeds'])} runs failed")
+        raise typer.Exit(1)
 
 
 def main() -> int:

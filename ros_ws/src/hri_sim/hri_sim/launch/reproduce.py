@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,17 +15,16 @@ from rich.console import Console
 from hri_prediction.errors import ConfigError, HriError
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.training import seated, train
-from hri_prediction.tracks.files import load_tracks, save_tracks
-from hri_prediction.tracks.selection import nominal_reaches
-from hri_prediction.tracks.track import ArmTrack
+from hri_prediction.tracks.files import save_tracks
 from hri_sim.launch.coverage import Coverage, prediction_coverage
-from hri_sim.launch.folder import NewFolder
 from hri_sim.launch.origin import origin_line, results_origin
-from hri_sim.launch.run import RunOptions, RunResult, explain, run_graph
+from hri_sim.launch.replay_cases import DATA_VARIABLE, ReplayCase, dfki_cases, vicon_cases
+from hri_sim.launch.rows import KeptRows, Row, failures, outcome_cell
+from hri_sim.launch.run import RunOptions, explain, run_graph
 from hri_sim.launch.summary import late_replans, number
 from hri_sim.media.picture import draw_picture
 
-DATA_VARIABLE = "HRI_DATA_DIR"
+RESULTS = Path("docs/results")
 
 
 def _of_all(
@@ -39,16 +38,17 @@ def _of_all(
 def demo_row(seed: int, summary: dict[str, Any]) -> str:
     """One line of the demo table."""
     reaches = summary["reaches"]
+    latency = summary.get("latency_ms", {}).get("mocap_to_trajectory", {}).get("p99")
     cells = (
         str(seed),
-        summary["outcome"],
+        outcome_cell(summary),
         number(_of_all(max, reaches, "goal_error_m"), ".1f", 1e3),
         number(_of_all(min, reaches, "min_clearance_m"), ".1f", 100.0),
-        number(summary["baseline_min_clearance_m"], ".1f", 100.0),
+        number(summary.get("baseline_min_clearance_m"), ".1f", 100.0),
         " / ".join(f"{reach['duration_s']:.1f}" for reach in reaches),
         number(_of_all(max, reaches, "max_handover_jump_rad"), ".1e"),
         "{} of {}".format(*late_replans(reaches)),
-        number(summary["latency_ms"]["mocap_to_trajectory"]["p99"], ".0f"),
+        number(latency, ".0f"),
     )
     return "| " + " | ".join(cells) + " |"
 
@@ -61,37 +61,75 @@ DEMO_HEAD = (
 
 
 def reproduce_demo(
-    out: Annotated[Path, typer.Option(help="Folder for demo.md and demo.json.")] = Path(
-        "docs/results"
-    ),
-    runs: Annotated[Path, typer.Option(help="Folder for the runs; new or empty.")] = Path(
-        "runs/reproduce_demo"
-    ),
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder for demo.md and demo.json. Default: docs/results; smoke: --runs."
+        ),
+    ] = None,
+    runs: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder for the runs; with runs of the same commit in it, only what is missing or "
+            "failed is run. Default: runs/reproduce_demo; smoke: runs/smoke_demo."
+        ),
+    ] = None,
     seeds: Annotated[int, typer.Option(help="Number of seeds.", min=1)] = 10,
     first_seed: Annotated[int, typer.Option(help="First seed.", min=0)] = 100,
+    smoke: Annotated[bool, typer.Option("--smoke", help="One seed, one reach: for CI.")] = False,
 ) -> None:
-    """Run the demo for several seeds and write the table of all of them."""
+    """Run the demo for several seeds and write the table of all of them.
+
+    The table is written after each. A run that fails is a row with its cause; the exit code is 1 then.
+    """
     console = Console()
+    reaches = 1 if smoke else 3
+    runs = runs or Path("runs/smoke_demo" if smoke else "runs/reproduce_demo")
+    out = out or (runs if smoke else RESULTS)
+    rows: dict[int, Row] = {}
     try:
-        _make(out)
-        NewFolder(runs, "--runs")
         origin = results_origin()
-        summaries = {}
-        for seed in range(first_seed, first_seed + seeds):
-            console.print(f"seed {seed}", highlight=False)
-            result = run_graph(RunOptions(out=runs / str(seed), seed=seed), console)
-            if result.series is not None:
-                draw_picture(result.series.record, runs / str(seed) / "picture.png")
-            summaries[seed] = {**result.summary, "bag": "bag", "cpu_cores": result.cpu_cores}
-            console.print(demo_row(seed, result.summary), highlight=False, markup=False)
+        kept = KeptRows(runs, origin, console)
+        _make(out)
     except HriError as error:
         explain(error, console)
         raise typer.Exit(1) from error
-    write_demo(out, origin, summaries)
-    console.print(f"table: {out / 'demo.md'}", highlight=False)
+    for seed in range(first_seed, first_seed + (1 if smoke else seeds)):
+        console.print(f"seed {seed}", highlight=False)
+        options = {"seed": seed, "reaches": reaches}
+        make = partial(run_demo, console=console, seed=seed, reaches=reaches)
+        rows[seed] = kept.row(str(seed), options, make)
+        console.print(demo_row(seed, rows[seed]), highlight=False, markup=False)
+        write_demo(out, origin, rows, reaches)
+    _finish(out / "demo.md", rows, console)
 
 
-def write_demo(out: Path, origin: dict[str, Any], summaries: dict[int, dict[str, Any]]) -> None:
+def run_demo(folder: Path, console: Console, *, seed: int, reaches: int) -> Row:
+    """Run the demo of one seed."""
+    result = run_graph(RunOptions(out=folder, seed=seed, reaches=reaches), console)
+    if result.series is not None:
+        draw_picture(result.series.record, folder / "picture.png")
+    return {**result.summary, "bag": "bag", "cpu_cores": result.cpu_cores}
+
+
+def _finish(table: Path, rows: dict[Any, Row], console: Console) -> None:
+    """Say where the table is.
+
+    Raises:
+        typer.Exit: with code 1 when a run failed.
+    """
+    console.print(f"table: {table}", highlight=False, markup=False, soft_wrap=True)
+    if failed := failures(rows):
+        text = (
+            f"{failed} of {len(rows)} runs failed; the same command runs them again, and only them"
+        )
+        console.print(text, highlight=False, soft_wrap=True)
+        raise typer.Exit(1)
+
+
+def write_demo(
+    out: Path, origin: dict[str, Any], summaries: dict[int, dict[str, Any]], reaches_each: int = 3
+) -> None:
     """``demo.json`` and ``demo.md`` of the summaries by seed."""
     content = {"origin": origin, "seeds": summaries}
     (out / "demo.json").write_text(json.dumps(content, indent=1, allow_nan=False) + "\n")
@@ -103,17 +141,17 @@ def write_demo(out: Path, origin: dict[str, Any], summaries: dict[int, dict[str,
         [
             "# The demo, seed by seed",
             "",
-            "Made by `scripts/reproduce_demo.py`: three reaches a seed in the live graph. Clearance is "
-            "the smallest true distance between robot and arm from the cue of the first reach to the "
-            "end; the baseline is the same scene and person without replanning.",
+            f"Made by `scripts/reproduce_demo.py`; reaches a seed in the live graph: {reaches_each}. "
+            "Clearance is the smallest true distance between robot and arm from the cue of the first "
+            "reach to the end; the baseline is the same scene and person without replanning.",
             "",
             origin_line(origin),
             "",
             DEMO_HEAD,
             *(demo_row(seed, summary) for seed, summary in summaries.items()),
             "",
-            f"{reached} of {3 * len(summaries)} reaches reached, {clear} with true clearance > 0 "
-            f"throughout; {misses} of {planned} replans late "
+            f"{reached} of {reaches_each * len(summaries)} reaches reached, {clear} with true "
+            f"clearance > 0 throughout; {misses} of {planned} replans late "
             f"({100.0 * misses / max(planned, 1):.2f} %).",
             "",
         ]
@@ -131,60 +169,7 @@ def _make(out: Path) -> None:
         ) from error
 
 
-@dataclass(frozen=True)
-class ReplayCase:
-    """One recording to replay, and what the predictor may learn from.
-
-    Attributes:
-        name: Short name.
-        track: The recording.
-        training: Recordings of others.
-        task_from: What names the tasks of the library.
-    """
-
-    name: str
-    track: ArmTrack
-    training: list[ArmTrack]
-    task_from: str
-
-
-def dfki_cases(folder: Path, count: int) -> list[ReplayCase]:
-    """Pick-and-place runs; the library learns from the other runs, cut into reaches."""
-    files = sorted((folder / "pickplace_dfki_qualisys" / "original").glob("*.tsv"))
-    tracks = [track for file in files for track in load_tracks(file)]
-    # Spread over both subjects.
-    chosen = tracks[:: max(len(tracks) // count, 1)][:count]
-    return [
-        ReplayCase(
-            f"dfki_{track.subject}_{track.trial}".replace(" ", "_"),
-            track,
-            [other for other in tracks if other is not track],
-            "movement",
-        )
-        for track in chosen
-    ]
-
-
-def vicon_cases(folder: Path, count: int) -> list[ReplayCase]:
-    """Seated reaches, one a subject; the library learns from the other subjects."""
-    tracks = load_tracks(folder / "reach_adl_vicon" / "reach.npz")
-    groups = nominal_reaches(tracks)
-    subjects = sorted({track.subject for track in tracks})
-    cases = []
-    for index, subject in enumerate(subjects[:count]):
-        # Alternate over tasks and sides.
-        own = [group for key, group in sorted(groups.items()) if key[0] == subject]
-        track = own[index % len(own)][0]
-        others = [t for key, group in groups.items() if key[0] != subject for t in group]
-        cases.append(
-            ReplayCase(f"vicon_{subject}_{track.task}_{track.side}", track, others, "task")
-        )
-    return cases
-
-
-def run_replay(
-    case: ReplayCase, folder: Path, seed: int, console: Console
-) -> tuple[RunResult, Coverage | None]:
+def run_replay(folder: Path, console: Console, *, case: ReplayCase, seed: int) -> Row:
     """Train, replay, measure."""
     folder.mkdir(parents=True)
     recording = folder / "recording.npz"
@@ -198,10 +183,15 @@ def run_replay(
         out=folder / "run", seed=seed, human="replay", human_file=recording, library=library
     )
     result = run_graph(options, console)
-    if result.series is None:
-        return result, None
-    draw_picture(result.series.record, folder / "picture.png")
-    return result, prediction_coverage(result.bag, "person1")
+    coverage = None
+    if result.series is not None:
+        draw_picture(result.series.record, folder / "picture.png")
+        coverage = prediction_coverage(result.bag, "person1")
+    return {
+        **result.summary,
+        "bag": "run/bag",
+        "coverage": None if coverage is None else vars(coverage),
+    }
 
 
 REPLAY_HEAD = (
@@ -221,63 +211,70 @@ def replay_row(name: str, summary: dict[str, Any], coverage: Coverage | None) ->
             f"{coverage.share_95 * 100:.0f} %",
             f"{coverage.error_m * 100:.1f}",
         )
-    outcome = summary["outcome"]
-    if outcome != "reached":
-        outcome += ": " + next(r["reason"] for r in reaches if r["outcome"] != "reached")
     cells = (
         name,
-        outcome,
+        outcome_cell(summary),
         f"{reached} of {len(reaches)}",
         number(_of_all(min, reaches, "min_clearance_m"), ".1f", 100.0),
-        number(summary["baseline_min_clearance_m"], ".1f", 100.0),
+        number(summary.get("baseline_min_clearance_m"), ".1f", 100.0),
         *shares,
     )
     return "| " + " | ".join(cells) + " |"
 
 
 def reproduce_replay(
-    out: Annotated[Path, typer.Option(help="Folder for replay.md and replay.json.")] = Path(
-        "docs/results"
-    ),
-    runs: Annotated[Path, typer.Option(help="Folder for the runs; new or empty.")] = Path(
-        "runs/reproduce_replay"
-    ),
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder for replay.md and replay.json. Default: docs/results; smoke: --runs."
+        ),
+    ] = None,
+    runs: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder for the runs; with runs of the same commit in it, only what is missing or "
+            "failed is run. Default: runs/reproduce_replay; smoke: runs/smoke_replay."
+        ),
+    ] = None,
     dfki: Annotated[int, typer.Option(help="Pick-and-place runs to replay.", min=0)] = 5,
     vicon: Annotated[int, typer.Option(help="Seated reaches to replay.", min=0)] = 10,
     seed: Annotated[int, typer.Option(help="Seed of the robot's scenes.", min=0)] = 0,
+    smoke: Annotated[bool, typer.Option("--smoke", help="One seated reach: for CI.")] = False,
 ) -> None:
     """Replay real recordings through the live graph, libraries trained on other runs or subjects.
 
-    Finds the recordings through HRI_DATA_DIR.
+    Finds the recordings through HRI_DATA_DIR. The table is written after each. A run that fails is a
+    row with its cause; the exit code is 1 then.
     """
     console = Console()
     if not os.environ.get(DATA_VARIABLE):
         console.print(f"skipped: {DATA_VARIABLE} does not say where the recordings are")
         raise typer.Exit(0)
     data = Path(os.environ[DATA_VARIABLE])
+    runs = runs or Path("runs/smoke_replay" if smoke else "runs/reproduce_replay")
+    out = out or (runs if smoke else RESULTS)
+    rows: dict[str, Row] = {}
     try:
         if not data.is_dir():
             raise ConfigError(f"{DATA_VARIABLE} = {data}", expected="a folder with recordings")
-        _make(out)
-        NewFolder(runs, "--runs")
+        cases = vicon_cases(data, 1) if smoke else dfki_cases(data, dfki) + vicon_cases(data, vicon)
         origin = results_origin()
-        results: dict[str, Any] = {}
-        table = []
-        for index, case in enumerate(dfki_cases(data, dfki) + vicon_cases(data, vicon)):
-            console.print(case.name, highlight=False)
-            result, coverage = run_replay(case, runs / case.name, seed + index, console)
-            table.append(replay_row(case.name, result.summary, coverage))
-            console.print(table[-1], highlight=False, markup=False)
-            results[case.name] = {
-                **result.summary,
-                "bag": "run/bag",
-                "coverage": None if coverage is None else vars(coverage),
-            }
+        kept = KeptRows(runs, origin, console)
+        _make(out)
     except HriError as error:
         explain(error, console)
         raise typer.Exit(1) from error
-    write_replay(out, origin, results, table)
-    console.print(f"table: {out / 'replay.md'}", highlight=False)
+    for index, case in enumerate(cases):
+        console.print(case.name, highlight=False)
+        make = partial(run_replay, console=console, case=case, seed=seed + index)
+        rows[case.name] = kept.row(case.name, {"seed": seed + index}, make)
+        table = [
+            replay_row(name, row, Coverage(**row["coverage"]) if row.get("coverage") else None)
+            for name, row in rows.items()
+        ]
+        console.print(table[-1], highlight=False, markup=False)
+        write_replay(out, origin, rows, table)
+    _finish(out / "replay.md", rows, console)
 
 
 def write_replay(
