@@ -60,13 +60,18 @@ def _set_up(arguments):
         raise
 
 
-def _keep_installed():
+def keep_installed():
     """Hold the installed packages for as long as this process and what it is replaced by run.
 
-    Set-up takes the same lock for itself alone before it replaces anything.
+    Set-up takes the same lock for itself alone before it replaces anything. One that does so at this
+    moment is waited for, and leaves complete packages.
     """
     lock = os.open(str(ROOT / ".run.lock"), os.O_RDWR | os.O_CREAT, 0o666)
-    fcntl.flock(lock, fcntl.LOCK_SH)
+    try:
+        fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        print("waiting for a set-up of this checkout to end", file=sys.stderr)
+        fcntl.flock(lock, fcntl.LOCK_SH)
     os.set_inheritable(lock, True)
 
 
@@ -77,15 +82,16 @@ def main(module, function="main", setup=(), graph=False):
         module: Dotted name of a module.
         function: Function of it that returns an exit code.
         setup: Further arguments of scripts/setup.
-        graph: Whether it runs nodes, under which set-up must not replace the packages.
+        graph: Whether it runs nodes, under which set-up must not replace the packages. Anything else
+            may run beside such a graph: what is installed will do for it then.
     """
     signal.signal(signal.SIGTERM, _end_as_asked)
     if Path(sys.prefix).resolve() != VENV.resolve() or not os.environ.get("HRI_PROJECT_ROOT"):
-        code = _set_up(setup)
+        code = _set_up(setup if graph else list(setup) + ["--no-wait"])
         if code:
             sys.exit(code)
         if graph:
-            _keep_installed()
+            keep_installed()
         python = str(VENV / "bin" / "python")
         os.execve(python, [python] + sys.argv, environment())
     import importlib

@@ -34,6 +34,10 @@ class SetupError(Exception):
     """One clear line for the user."""
 
 
+class PackagesInUse(Exception):
+    """What is installed is complete, in use, and to stay as it is; the text says by whom."""
+
+
 def say(text: str) -> None:
     """One line of progress on stderr: stdout belongs to the caller."""
     print(f"setup: {text}", file=sys.stderr, flush=True)
@@ -44,36 +48,64 @@ class PackagesLock:
 
     The scripts that run nodes share the lock (see _project.py); set-up takes it for itself alone, and
     only when it has something to replace.
+
+    Args:
+        wait: Whether to wait for running graphs; otherwise complete packages are left to them.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, wait: bool = True) -> None:
         self._file: IO[str] | None = None
+        self._wait = wait
 
     def take(self) -> None:
-        """Wait for running graphs, saying so; a second call does nothing."""
+        """Wait for running graphs, saying so; a second call does nothing.
+
+        Raises:
+            PackagesInUse: instead of waiting, when that is not wanted.
+        """
         if self._file is not None:
             return
-        self._file = (ROOT / ".run.lock").open("a")
+        file = (ROOT / ".run.lock").open("a")
         try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            holders = ", ".join(self._holders()) or "unknown"
+            self.leave_to_graphs()
             say(
-                f"a graph of this checkout is running (process {holders}), and its packages are to be "
+                f"packages of this checkout are in use (process {self._holders()}), and are to be "
                 "replaced: waiting for it to end; stop it, or press Ctrl-C to leave all as it is"
             )
-            fcntl.flock(self._file, fcntl.LOCK_EX)
+            fcntl.flock(file, fcntl.LOCK_EX)
+        self._file = file
 
-    def _holders(self) -> list[str]:
+    def leave_to_graphs(self) -> None:
+        """Do nothing when waiting is wanted, nobody uses the packages, or they are not complete.
+
+        Raises:
+            PackagesInUse: otherwise.
+        """
+        if self._wait or not read_stamps().keys() >= {"runtime", "hri_msgs", *PYTHON_PACKAGES}:
+            return
+        with (ROOT / ".run.lock").open("a") as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                return
+            except BlockingIOError:
+                pass
+            try:
+                fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+            except BlockingIOError:
+                return  # in use by another set-up, which is replacing them
+            raise PackagesInUse(self._holders())
+
+    def _holders(self) -> str:
         """Process ids of those that have the lock, as far as the kernel tells."""
         inode = (ROOT / ".run.lock").stat().st_ino
         try:
             rows = [line.split() for line in Path("/proc/locks").read_text().splitlines()]
         except OSError:
-            return []
-        return sorted(
-            {r[4] for r in rows if r[1] == "FLOCK" and r[5].rsplit(":", 1)[-1] == str(inode)}
-        )
+            rows = []
+        found = {r[4] for r in rows if r[1] == "FLOCK" and r[5].rsplit(":", 1)[-1] == str(inode)}
+        return ", ".join(sorted(found)) or "unknown"
 
     def close(self) -> None:
         """Let graphs start again."""
@@ -351,16 +383,22 @@ def main() -> int:
     """Run the steps that are due."""
     parser = argparse.ArgumentParser(prog="setup", description=__doc__.split("\n\n")[0])
     parser.add_argument("--dev", action="store_true", help="also what tests and linters need")
+    parser.add_argument(
+        "--no-wait",
+        action="store_true",
+        help="while a graph runs, leave what is installed as it is: for what watches the graph",
+    )
     arguments = parser.parse_args()
     start = time.monotonic()
     system_ros = uses_system_ros()
-    packages = PackagesLock()
+    packages = PackagesLock(wait=not arguments.no_wait)
     try:
         lock_path = ROOT / ".setup.lock"
         with lock_path.open("w") as lock:
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
+                packages.leave_to_graphs()
                 say("another set-up of this checkout is under way: waiting for it to end")
                 fcntl.flock(lock, fcntl.LOCK_EX)
             before = read_stamps()
@@ -371,6 +409,10 @@ def main() -> int:
             warm_kernels(env)
         if read_stamps() != before:
             say(f"ready after {time.monotonic() - start:.0f} s")
+    except PackagesInUse as error:
+        say(
+            f"packages are in use (process {error}): taking them as installed, without later changes"
+        )
     except SetupError as error:
         print(f"setup: {error}", file=sys.stderr)
         return 1

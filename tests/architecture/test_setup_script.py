@@ -219,10 +219,53 @@ def test_waits_for_a_running_graph_before_it_replaces_packages(
         codes: list[int] = []
         thread = threading.Thread(target=lambda: codes.append(setup.main()))
         thread.start()
-        _wait_for(f"a graph of this checkout is running (process {os.getpid()})", lambda: str(said))
+        _wait_for(
+            f"packages of this checkout are in use (process {os.getpid()})", lambda: str(said)
+        )
         assert "build" not in programs.take()
     thread.join(5.0)
     assert codes == [0]
+    assert "build" in programs.take()
+
+
+def test_what_watches_a_running_graph_does_not_wait_for_it(
+    setup: ModuleType, programs: Programs, monkeypatch: pytest.MonkeyPatch, capsys
+) -> None:
+    setup.main()
+    programs.take()
+    (setup.SOURCES / "hri_planner" / "new.py").write_text("x = 1\n")
+    monkeypatch.setattr(sys, "argv", ["setup", "--no-wait"])
+    lock = setup.ROOT / ".run.lock"
+    with lock.open("a") as graph, (setup.ROOT / ".setup.lock").open("w") as other:
+        fcntl.flock(graph, fcntl.LOCK_SH)
+        for waiting in (False, True):  # alone, or while another set-up waits for the graph
+            if waiting:
+                fcntl.flock(other, fcntl.LOCK_EX)
+            capsys.readouterr()
+            assert setup.main() == 0
+            said = _one_line(capsys.readouterr().err)
+            assert f"packages are in use (process {os.getpid()}): taking them as installed" in said
+    assert "build" not in programs.take()
+    assert setup.main() == 0  # the graph has ended
+    assert "build" in programs.take()
+
+
+def test_what_is_not_complete_is_waited_for(
+    setup: ModuleType, programs: Programs, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    programs.failing["build"] = "error: no\n"
+    assert setup.main() == 1
+    programs.failing.clear()
+    programs.take()
+    said: list[str] = []
+    monkeypatch.setattr(setup, "say", said.append)
+    monkeypatch.setattr(sys, "argv", ["setup", "--no-wait"])
+    with (setup.ROOT / ".run.lock").open("a") as other:
+        fcntl.flock(other, fcntl.LOCK_SH)
+        thread = threading.Thread(target=setup.main)
+        thread.start()
+        _wait_for("waiting for it to end", lambda: str(said))
+    thread.join(5.0)
     assert "build" in programs.take()
 
 
@@ -246,7 +289,7 @@ def test_a_node_holds_the_packages_until_it_ends(tmp_path: Path) -> None:
     code = (
         "import os, pathlib, _project\n"
         f"_project.ROOT = pathlib.Path({str(tmp_path)!r})\n"
-        "_project._keep_installed()\n"
+        "_project.keep_installed()\n"
         "print('held', flush=True)\n"
         "os.execv('/bin/cat', ['cat'])\n"
     )

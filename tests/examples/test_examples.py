@@ -80,6 +80,22 @@ def test_run_in_env_says_what_it_wants(arguments: list[str], code: int, said: st
     assert done.stderr.count("\n") == 1
 
 
+def test_run_in_env_holds_the_packages() -> None:
+    command = [sys.executable, str(ROOT / "scripts" / "_run_in_env"), "cat"]
+    with subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        process.stdin.write("runs\n")
+        process.stdin.flush()
+        assert process.stdout.readline() == "runs\n"
+        locks = [line.split() for line in Path("/proc/locks").read_text().splitlines()]
+        held = [row[3] for row in locks if row[1] == "FLOCK" and row[4] == str(process.pid)]
+        process.stdin.close()
+    assert held == ["READ"]
+
+
 def run(path: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     """Run a Python file with arguments."""
     command = [sys.executable, str(path), *arguments]
