@@ -27,6 +27,7 @@ STAMPS = VENV / ".setup.json"
 SOURCES = ROOT / "ros_ws" / "src"
 REQUIREMENTS = ROOT / "requirements"
 PYTHON_PACKAGES = ("hri_prediction", "hri_planner", "hri_sim")
+KEPT_LOGS = 5
 SYSTEM_ROS = Path(os.environ.get("HRI_SYSTEM_ROS", "/opt/ros/jazzy"))
 
 
@@ -363,8 +364,16 @@ def build_workspace(env: dict[str, str], packages: PackagesLock) -> None:
         command += ["-GNinja"]
     run(command, "colcon build", {"No space left": "the disk is full"}, env)
     quote_interpreters()
+    remove_old_logs()
     for package, stamp in wanted.items():
         write_stamp(package, stamp)
+
+
+def remove_old_logs() -> None:
+    """Keep the logs of the last builds alone: colcon makes a folder for each."""
+    folders = [path for path in (ROOT / "ros_ws" / "log").glob("build_*") if not path.is_symlink()]
+    for folder in sorted(folders)[:-KEPT_LOGS]:  # named by their time
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def warm_kernels(env: dict[str, str]) -> None:
@@ -374,7 +383,10 @@ def warm_kernels(env: dict[str, str]) -> None:
     if stamps.get("kernels") == stamp:
         return
     say("compiling kernels")
-    code = "import hri_sim.warm as w; w.warm_kernels()"
+    code = (
+        "import hri_sim.warm as w; w.warm_kernels(); "
+        "import hri_prediction.compiled as c; c.remove_unused_caches()"
+    )
     run([str(VENV / "bin" / "python"), "-c", code], "compiling kernels", {}, env)
     write_stamp("kernels", stamp)
 

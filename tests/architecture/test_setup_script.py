@@ -269,6 +269,19 @@ def test_what_is_not_complete_is_waited_for(
     assert "build" in programs.take()
 
 
+def test_only_the_last_logs_are_kept(setup: ModuleType) -> None:
+    log = setup.ROOT / "ros_ws" / "log"
+    names = [f"build_2026-01-{day:02}_12-00-00" for day in range(1, 10)]
+    for name in names:
+        (log / name).mkdir(parents=True)
+    (log / "latest_build").symlink_to(names[-1])
+    setup.remove_old_logs()
+    assert sorted(path.name for path in log.iterdir()) == [
+        *names[-setup.KEPT_LOGS :],
+        "latest_build",
+    ]
+
+
 def test_says_that_another_set_up_is_under_way(
     setup: ModuleType, programs: Programs, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -9,14 +9,19 @@ Import ``njit`` from this module, never from numba.
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import hashlib
 import importlib.util
 import os
+import shutil
+import time
 from pathlib import Path
 from typing import Any
 
 _PACKAGES = ("hri_prediction", "hri_planner", "hri_sim")
+UNUSED_S = 30 * 24 * 3600.0
+"""A cache folder that no process has used for so long may go [s]."""
 
 
 def source_hash() -> str:
@@ -44,7 +49,18 @@ def cache_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "hri_stack" / name
 
 
+def remove_unused_caches() -> None:
+    """Remove the cache folders of other source states that nobody has used for a month."""
+    present = cache_folder()
+    for folder in present.parent.glob("hri-" + "[0-9a-f]" * 16):
+        with contextlib.suppress(OSError):  # gone meanwhile, or somebody else's
+            if folder != present and time.time() - folder.stat().st_mtime > UNUSED_S:
+                shutil.rmtree(folder)
+
+
 os.environ["NUMBA_CACHE_DIR"] = str(cache_folder())
+with contextlib.suppress(OSError):
+    os.utime(os.environ["NUMBA_CACHE_DIR"])  # says that it is in use
 
 import numba  # noqa: E402  (must follow the choice of the cache folder)
 
