@@ -119,7 +119,10 @@ def test_command_line(tracks, tmp_path, capsys):
         "wrist.png",
     }
     assert len(TaskLibrary.load(out / "library.npz").tasks) == 2
-    assert json.loads((out / "results.json").read_text())["tasks"][0]["demonstrations"] == 5
+    results = json.loads((out / "results.json").read_text())
+    assert results["tasks"][0]["demonstrations"] == 5
+    assert results["origin"].keys() == {"commit", "date", "machine"}
+    assert (out / "results.md").read_text().startswith("Commit ")
     capsys.readouterr()
     before = (out / "library.npz").read_bytes()
     again = [str(tmp_path / "reaches.npz"), "--out", str(out), "--smoke"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import io
+import json
 import os
 import subprocess
 import sys
@@ -93,6 +94,10 @@ def test_a_node_that_died_is_named_whatever_comes_after_it(
     with pytest.raises(NodeDeath, match="ptomp was ended by SIGKILL"):
         run_graph(RunOptions(out=tmp_path / "run", reaches=1), console)
     assert words in _said(console)
+    if where == "read_run":
+        summary = json.loads((tmp_path / "run" / "summary.json").read_text())
+        assert summary["outcome"] == "interrupted"
+        assert summary["origin"].keys() == {"commit", "date", "machine"}
 
 
 def test_a_full_disk_is_one_line(

@@ -48,6 +48,7 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> list[int]:
             "baseline_min_clearance_m": -0.05,
             "latency_ms": {"mocap_to_trajectory": {"p50": 30.0, "p99": 50.0}},
             "seed": options.seed,
+            "origin": {"commit": "that of the table"},
         }
         return SimpleNamespace(summary=summary, series=None, cpu_cores=1.2)
 
@@ -78,7 +79,9 @@ def test_a_failed_run_is_a_row_and_only_it_is_run_again(runs: list[int], tmp_pat
     assert second.exit_code == 0, second.output
     assert runs == [1, 2, 3, 4, 3]
     assert "| 3 | reached |" in (tmp_path / "demo.md").read_text()
-    assert list(json.loads((tmp_path / "demo.json").read_text())["seeds"]) == ["1", "2", "3", "4"]
+    seeds = json.loads((tmp_path / "demo.json").read_text())["seeds"]
+    assert list(seeds) == ["1", "2", "3", "4"]
+    assert "origin" not in seeds["1"]
 
 
 def test_the_table_is_there_after_each_run(runs: list[int], tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
@@ -19,6 +19,7 @@ from hri_prediction.config import load_yaml
 from hri_prediction.errors import ConfigError, HriError
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.training import TASK_FIELDS, TrainingResult, train_from_files
+from hri_prediction.results.origin import origin_line, results_origin
 
 _SMOKE_TRACKS = 5
 _OUTPUTS = ("library.npz", "results.json", "results.md", "wrist.png")
@@ -106,7 +107,7 @@ def check_out(out: Path, overwrite: bool) -> None:
         )
 
 
-def write_results(result: TrainingResult, out: Path, seed: int) -> None:
+def write_results(result: TrainingResult, out: Path, seed: int, origin: dict[str, Any]) -> None:
     """Write library.npz, results.json, results.md and wrist.png into ``out``."""
     out.mkdir(parents=True, exist_ok=True)
     result.library.save(out / "library.npz")
@@ -116,9 +117,10 @@ def write_results(result: TrainingResult, out: Path, seed: int) -> None:
         "forearm_m": result.library.forearm_m,
         "skipped": list(result.skipped),
         "seed": seed,
+        "origin": origin,
     }
     (out / "results.json").write_text(json.dumps(content, indent=1) + "\n")
-    (out / "results.md").write_text(markdown_table(result))
+    (out / "results.md").write_text(f"{origin_line(origin)}\n\n{markdown_table(result)}")
     plot_library(result, out / "wrist.png", np.random.default_rng(seed))
 
 
@@ -171,6 +173,7 @@ def train_promp(
         check_out(out, overwrite)
         settings = load_yaml(PredictorConfig, config) if config else PredictorConfig()
         settings = dataclasses.replace(settings, min_demonstrations=min_demonstrations)
+        origin = results_origin()
         with Progress(
             SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn(), console=console
         ) as progress:
@@ -186,7 +189,7 @@ def train_promp(
                 progress=lambda text: progress.update(line, description=text),
             )
             progress.update(line, description=f"writing {out}")
-            write_results(result, out, seed)
+            write_results(result, out, seed, origin)
     except HriError as error:
         print(f"error: {error}", file=sys.stderr)
         raise typer.Exit(1) from error

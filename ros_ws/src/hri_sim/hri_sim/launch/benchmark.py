@@ -15,8 +15,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from hri_prediction.errors import GraphError, HriError
+from hri_prediction.results.origin import origin_line, results_origin
 from hri_sim.launch.folder import NewFolder
-from hri_sim.launch.origin import origin_line, results_origin
 from hri_sim.launch.run import RunOptions, RunResult, explain, run_graph
 from hri_sim.launch.summary import late_replans, percentiles
 from hri_sim.recording.benchmark import benchmark_recorder

@@ -15,12 +15,12 @@ from rich.console import Console
 from hri_prediction.errors import ConfigError, HriError
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.training import seated, train
+from hri_prediction.results.origin import origin_line, results_origin
 from hri_prediction.tracks.files import save_tracks
 from hri_sim.launch.coverage import Coverage, prediction_coverage
-from hri_sim.launch.origin import origin_line, results_origin
 from hri_sim.launch.replay_cases import DATA_VARIABLE, ReplayCase, dfki_cases, vicon_cases
 from hri_sim.launch.rows import KeptRows, Row, failures, outcome_cell
-from hri_sim.launch.run import RunOptions, explain, run_graph
+from hri_sim.launch.run import RunOptions, RunResult, explain, run_graph
 from hri_sim.launch.summary import late_replans, number
 from hri_sim.media.picture import draw_picture
 
@@ -109,7 +109,12 @@ def run_demo(folder: Path, console: Console, *, seed: int, reaches: int) -> Row:
     result = run_graph(RunOptions(out=folder, seed=seed, reaches=reaches), console)
     if result.series is not None:
         draw_picture(result.series.record, folder / "picture.png")
-    return {**result.summary, "bag": "bag", "cpu_cores": result.cpu_cores}
+    return {**_figures(result), "bag": "bag", "cpu_cores": result.cpu_cores}
+
+
+def _figures(result: RunResult) -> Row:
+    """The summary of a run; its origin is that of the whole table."""
+    return {name: value for name, value in result.summary.items() if name != "origin"}
 
 
 def _finish(table: Path, rows: dict[Any, Row], console: Console) -> None:
@@ -188,7 +193,7 @@ def run_replay(folder: Path, console: Console, *, case: ReplayCase, seed: int) -
         draw_picture(result.series.record, folder / "picture.png")
         coverage = prediction_coverage(result.bag, "person1")
     return {
-        **result.summary,
+        **_figures(result),
         "bag": "run/bag",
         "coverage": None if coverage is None else vars(coverage),
     }

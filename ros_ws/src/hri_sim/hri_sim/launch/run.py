@@ -18,6 +18,7 @@ from rich.markup import escape
 
 from hri_prediction.errors import ConfigError, HriError
 from hri_prediction.prediction.library import TaskLibrary, train_library
+from hri_prediction.results.origin import results_origin
 from hri_prediction.tracks.files import load_tracks
 from hri_prediction.tracks.placement import Placement
 from hri_prediction.tracks.seating import suggest_placement
@@ -277,6 +278,7 @@ def run_graph(options: RunOptions, console: Console) -> RunResult:
 
 def _run_graph(options: RunOptions, console: Console, folders: RunFolders) -> RunResult:
     bag = folders.bag
+    origin = results_origin()
     scenario, placement = _scene(options)
     scenario_path = (options.out / SCENARIO).resolve()
     save_scenario(scenario_path, scenario)
@@ -327,6 +329,7 @@ def _run_graph(options: RunOptions, console: Console, folders: RunFolders) -> Ru
             raise
         _print(console, f"no figures of the recording, which ended early: {error}")
     summary = summarise(series, reports, scenario=scenario, bag=bag, seed=options.seed)
+    summary["origin"] = origin
     try:
         write_summary(options.out / "summary.json", summary)
     except OSError as error:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import platform
-import subprocess
 import sys
 from datetime import UTC, datetime
 from importlib import metadata
@@ -12,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from hri_prediction.errors import ConfigError
+from hri_prediction.results.commit import git_revision
 
 _PACKAGES = ("hri-prediction", "hri-planner", "hri-sim", "rclpy", "numpy", "mujoco")
 
@@ -64,40 +64,6 @@ def custom_data(provenance: dict[str, Any]) -> dict[str, str]:
         key: value if isinstance(value, str) else json.dumps(value, sort_keys=True)
         for key, value in provenance.items()
     }
-
-
-def git_revision(folder: Path) -> str:
-    """Revision of the checkout that holds a folder, ``-dirty`` if changed; empty if none."""
-    return _git(folder, "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*")
-
-
-def describe_commit(root: Path) -> str:
-    """Name of a checkout's commit, from the last tag on, ``-dirty`` if code was changed; or empty.
-
-    Args:
-        root: Top folder of the checkout; empty is returned for any other.
-    """
-    if not (root / ".git").exists():  # an unpacked archive, perhaps inside somebody's repository
-        return ""
-    name = _git(root, "describe", "--always", "--tags", "--abbrev=12")
-    changed = _git(root, "status", "--porcelain", "--", "ros_ws", "scripts", "requirements")
-    return f"{name}-dirty" if name and changed else name
-
-
-def _git(folder: Path, *arguments: str) -> str:
-    """What git answers; empty when it fails or is not there."""
-    try:
-        found = subprocess.run(
-            ["git", *arguments],
-            cwd=folder,
-            capture_output=True,
-            text=True,
-            timeout=5.0,
-            check=True,
-        )
-    except (OSError, subprocess.SubprocessError):
-        return ""
-    return found.stdout.strip()
 
 
 def _version(name: str) -> str:

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from hri_sim.recording.provenance import describe_commit
+from hri_prediction.results.commit import describe_commit
 
 UNKNOWN = "unknown"
 

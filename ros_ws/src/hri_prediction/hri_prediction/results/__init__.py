@@ -1,0 +1,1 @@
+"""Files with results: where they go, and what they say of where they come from."""
