@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import rclpy
 
 from hri_prediction.ros.messages import SimState
 from hri_sim.launch.conductor import Conductor, vital_topics
+from hri_sim.launch.held_signals import HeldSignals
 from hri_sim.launch.supervisor import Supervisor
 from hri_sim.scenario.shipped import load_shipped
 
@@ -47,6 +49,32 @@ def test_a_recording_needs_the_person_in_the_namespace_used(conductor: Conductor
     }
     nobody = SCENARIO.model_copy(update={"persons": ()})
     assert not [topic for topic in vital_topics(nobody) if "bodies" in topic]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_takes_effect_between_two_steps(
+    number: signal.Signals,
+) -> None:
+    def end(number: int, frame: object) -> None:
+        signal.signal(number, signal.SIG_IGN)
+        raise SystemExit(128 + number)
+
+    before = signal.signal(number, end)
+    try:
+        held = HeldSignals()
+        signal.raise_signal(number)
+        signal.raise_signal(number)
+        with pytest.raises(SystemExit) as ended:
+            held.release()
+        assert ended.value.code == 128 + number
+        held.release()  # once is enough
+        held.restore()
+        assert signal.getsignal(number) == signal.SIG_IGN  # as the handler wanted
+        signal.signal(number, end)
+        HeldSignals().restore()
+        assert signal.getsignal(number) == end
+    finally:
+        signal.signal(number, before)
 
 
 def test_the_smallest_clearance_is_kept_for_each_reach(

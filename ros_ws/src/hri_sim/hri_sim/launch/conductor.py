@@ -23,6 +23,7 @@ from hri_prediction.ros.messages import Cue, PlannerStatus, ReachTarget, SimStat
 from hri_prediction.ros.qos import SENSOR, reliable
 from hri_prediction.ros.time import seconds_to_ns, to_time
 from hri_sim.launch.folder import LOGS
+from hri_sim.launch.held_signals import HeldSignals
 from hri_sim.launch.reports import INTERRUPTED, OUTCOMES, ReachReport
 from hri_sim.launch.supervisor import Death, Supervisor
 from hri_sim.scenario.schema import Scenario
@@ -83,6 +84,7 @@ class Conductor:
         self._supervisor = supervisor
         self._say = say
         self._tell = tell
+        self._signals = HeldSignals()
         # Ctrl-C must not take ROS away: the robot is stopped over it first.
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         self._node = Node("conductor", start_parameter_services=False)
@@ -121,7 +123,8 @@ class Conductor:
         ]
 
     def close(self) -> None:
-        """Destroy node and context."""
+        """Destroy node and context; signals have their effect at once again."""
+        self._signals.restore()
         self._client.destroy()
         self._executor.shutdown()
         self._node.destroy_node()
@@ -176,6 +179,7 @@ class Conductor:
         end = time.monotonic() + timeout_s
         while not done():
             self._executor.spin_once(timeout_sec=0.02)
+            self._signals.release()
             for death in self._supervisor.deaths():
                 refused = not self._begun and death.code > 0
                 if refused or self._supervisor.is_essential(death.label):
@@ -201,6 +205,7 @@ class Conductor:
         end = time.monotonic() + DISCOVERY_S
         while time.monotonic() < end:
             self._executor.spin_once(timeout_sec=0.02)
+            self._signals.release()
             present = sorted(set(labels) & set(self._node.get_node_names()))
             if present:
                 raise GraphError(
