@@ -18,6 +18,9 @@ ARM = "humans/bodies/person1/arm"
 REMAP = {"person": {ARM: RAW}}
 """Puts the person's tracked arm where :class:`Tamper` takes it from."""
 
+STILL = np.array([[0.1, 0.9, 0.5], [0.15, 0.65, 0.45], [0.2, 0.40, 0.40], [0.2, 0.31, 0.40]])
+"""Keypoints of a left arm that is held still next to the robot [m]."""
+
 Spoil = Callable[[HumanArm], HumanArm | None]
 
 

@@ -14,7 +14,7 @@ from motions import (
     start_reach,
     stop_time_ms,
 )
-from tampering import ARM, REMAP, Bystander, Tamper
+from tampering import ARM, REMAP, STILL, Bystander, Tamper
 
 from hri_prediction.ros.messages import ControllerState, HumanPrediction, ReachTarget
 from hri_prediction.ros.time import to_ns
@@ -176,8 +176,7 @@ def test_two_bodies_are_both_kept_clear_of(
     make_graph: Callable[..., Graph], scenario: Scenario
 ) -> None:
     """A still arm next to the robot: predicted, seen as the nearest, and kept clear of."""
-    still = np.array([[0.1, 0.9, 0.5], [0.15, 0.65, 0.45], [0.2, 0.40, 0.40], [0.2, 0.31, 0.40]])
-    graph = make_graph(sensors=[node_factory(Bystander, still)])
+    graph = make_graph(sensors=[node_factory(Bystander, STILL)])
     graph.run(0.5)
     handle = start_reach(graph, scenario)
     result = finish(graph, handle, 25.0)
@@ -186,7 +185,7 @@ def test_two_bodies_are_both_kept_clear_of(
     assert len(other) >= 25.0 * (graph.now_s - 1.1)
     assert len(mine) >= 25.0 * (graph.now_s - 1.1)
     assert {m.state for m in other} == {HumanPrediction.IDLE}
-    assert np.allclose(np.array(other[-1].mean).reshape(-1, 4, 3)[0], still, atol=1e-6)
+    assert np.allclose(np.array(other[-1].mean).reshape(-1, 4, 3)[0], STILL, atol=1e-6)
 
     def clearance_to_bystander() -> float:
         from motions import joints
@@ -195,7 +194,7 @@ def test_two_bodies_are_both_kept_clear_of(
         from hri_prediction.geometry.segments import capsule_distances
 
         robot = load_robot()
-        limbs = np.stack((still[:-1], still[1:]), axis=1)
+        limbs = np.stack((STILL[:-1], STILL[1:]), axis=1)
         radii = np.array([0.05, 0.04, 0.05])
         return min(
             float(
@@ -216,9 +215,8 @@ def test_two_bodies_are_both_kept_clear_of(
 def test_more_bodies_than_are_followed(
     make_graph: Callable[..., Graph], scenario: Scenario
 ) -> None:
-    still = np.array([[0.1, 0.9, 0.5], [0.15, 0.65, 0.45], [0.2, 0.40, 0.40], [0.2, 0.31, 0.40]])
     graph = make_graph(
-        sensors=[node_factory(Bystander, still)], parameters={"predictor": {"max_bodies": 1}}
+        sensors=[node_factory(Bystander, STILL)], parameters={"predictor": {"max_bodies": 1}}
     )
     graph.run(0.4)
     assert any("max_bodies" in fault for fault in graph.nodes["predictor"].faults)

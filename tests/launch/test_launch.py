@@ -184,20 +184,31 @@ def test_a_signal_stops_the_robot_then_all_nodes(
     print(f"all ended {took:.1f} s after {number.name}, the robot at rest after {stopped:.0f} ms")
 
 
-@pytest.mark.parametrize("name", ["predictor", "person", "ptomp"])
-def test_a_killed_node_stops_the_robot(launch: Launch, name: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "number", "how"),
+    [
+        ("predictor", signal.SIGKILL, "was ended by SIGKILL"),
+        ("person", signal.SIGKILL, "was ended by SIGKILL"),
+        ("ptomp", signal.SIGKILL, "was ended by SIGKILL"),
+        # In order, with all that a node says in parting.
+        ("person", signal.SIGTERM, "ended with exit code 0"),
+    ],
+)
+def test_a_killed_node_stops_the_robot(
+    launch: Launch, name: str, number: signal.Signals, how: str
+) -> None:
     run = launch("--reaches", "1", "--seed", "100")
     nodes = nodes_of_moving_robot(run)
     killed = time.time()
-    nodes[name].send_signal(signal.SIGKILL)
+    nodes[name].send_signal(number)
     code = run.end(15.0)
     assert code == 1, run.text
-    assert f"node {name} was ended by SIGKILL" in run.text
+    assert f"node {name} {how}" in run.text
     assert "Traceback" not in run.text
     assert not still_running(nodes, 0.5)
     (reach,) = json.loads((run.out / "summary.json").read_text())["reaches"]
     assert reach["outcome"] == "interrupted"
-    assert reach["reason"] == f"node {name} was ended by SIGKILL"
+    assert reach["reason"] == f"node {name} {how}"
     took = assert_at_rest_within(run.out / "bag", killed, 200.0)
     print(f"{name} killed: at rest after {took:.0f} ms")
 

@@ -82,6 +82,9 @@ class ReplayerConfig:
 class ReplayerNode(HriNode):
     """Plays a schedule on the node's clock.
 
+    The bodies are announced as tracked from the start and stay so when the node ends, also in order: a
+    source that is gone must stop the robot, not free it.
+
     Raises:
         ConfigError: no file given, or a parameter that does not fit it.
         DataError: the file cannot be read or holds nothing to play.
@@ -112,7 +115,8 @@ class ReplayerNode(HriNode):
         self._last_ns = 0
         self._topics = {name: self._publisher(name) for name in self.playback.types}
         self._ids = self.announce(IdsList, "humans/bodies/tracked", LATCHED)
-        self._say_ids(list(self.playback.bodies))
+        header = Header(stamp=to_time(self.now_ns()), frame_id=WORLD)
+        self._ids.publish(IdsList(header=header, ids=list(self.playback.bodies)))
         if config.start == "cue":
             self.listen(Cue, "sim/cue", self._on_cue, reliable(10))
 
@@ -132,10 +136,6 @@ class ReplayerNode(HriNode):
             return
         if cue.person_target:
             self.player.start(to_ns(cue.header.stamp) + seconds_to_ns(cue.delay))
-
-    def _say_ids(self, ids: list[str]) -> None:
-        header = Header(stamp=to_time(self.now_ns()), frame_id=WORLD)
-        self._ids.publish(IdsList(header=header, ids=ids))
 
     def on_tick(self, now_ns: int) -> None:
         """Publish what is due."""
@@ -175,11 +175,6 @@ class ReplayerNode(HriNode):
             self._topics[item.topic].publish(with_stamp(item.data, stamp_ns))
         else:
             self._topics[item.topic].publish(item.data)
-
-    def close(self) -> None:
-        """Say that nobody is tracked any more."""
-        if self.context.ok():
-            self._say_ids([])
 
     def health(self) -> tuple[bytes, str, dict[str, Any]]:
         """What is played, and how far."""
