@@ -16,6 +16,7 @@ from hri_sim.testing import Graph, ReachHandle, cue, reach
 
 REST = 0.02  # rad/s
 PREDICTION = "/humans/bodies/person1/prediction"
+REFERENCE = "/joint_trajectory_controller/reference"
 
 
 def joints(graph: Graph) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -56,11 +57,11 @@ def stop_time_ms(graph: Graph, since_s: float) -> float:
     return float(stamps[np.flatnonzero(moving)[-1] + 1] - since_s) * 1e3
 
 
-def largest_reference_step(graph: Graph, since_s: float = 0.0) -> float:
+def largest_reference_step(graph: Graph, topic: str = REFERENCE, since_s: float = 0.0) -> float:
     """Largest step of the reference between two of its messages, any joint [rad]."""
     found = [
         m.reference_position
-        for m in graph.messages("/joint_trajectory_controller/reference")
+        for m in graph.messages(topic)
         if to_ns(m.header.stamp) * 1e-9 >= since_s
     ]
     return float(np.abs(np.diff(np.array(found), axis=0)).max())

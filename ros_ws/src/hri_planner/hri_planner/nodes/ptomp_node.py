@@ -179,7 +179,10 @@ class PtompNode(HriNode):
         self._inputs.joints_ns = to_ns(message.header.stamp)
 
     def _on_reference(self, message: ControllerState) -> None:
-        self._inputs.reference = message
+        try:
+            self._inputs.take_reference(message, self._robot.joint_names)
+        except DataError as error:
+            self.fault("reference", str(error))
 
     def _on_ids(self, message: IdsList) -> None:
         for body_id in message.ids:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+
 import numpy as np
 from builtin_interfaces.msg import Duration
 from numpy.typing import NDArray
@@ -13,7 +16,7 @@ from hri_planner.ptomp.forecast import HumanForecast
 from hri_planner.ptomp.plan import JointPlan
 from hri_prediction.errors import DataError
 from hri_prediction.ros.conversions import WORLD, flat
-from hri_prediction.ros.messages import HumanPrediction
+from hri_prediction.ros.messages import ControllerState, HumanPrediction
 from hri_prediction.ros.time import NANO, to_ns, to_time
 
 FloatArray = NDArray[np.float64]
@@ -88,22 +91,54 @@ def joints_from_message(
     Raises:
         DataError: when a joint is missing, or a value is missing or not finite.
     """
+    return _in_order("/joint_states", message.name, message.position, message.velocity, joint_names)
+
+
+def reference_from_message(
+    message: ControllerState, joint_names: tuple[str, ...]
+) -> ControllerState:
+    """The controller's reference with its joints in the order of ``joint_names``, and no others.
+
+    Raises:
+        DataError: when a joint is missing, or a value is missing or not finite.
+    """
+    q, qd = _in_order(
+        "the controller's reference",
+        message.joint_names,
+        message.reference_position,
+        message.reference_velocity,
+        joint_names,
+    )
+    for name in ("time_in_trajectory", "speed_scale", "handover_jump", "max_handover_jump"):
+        if not math.isfinite(value := getattr(message, name)):
+            raise DataError(f"the controller's reference has {name} = {value}")
+    message.joint_names = list(joint_names)
+    message.reference_position, message.reference_velocity = flat(q), flat(qd)
+    return message
+
+
+def _in_order(
+    what: str,
+    names: Sequence[str],
+    position: Sequence[float],
+    velocity: Sequence[float],
+    joint_names: tuple[str, ...],
+) -> tuple[FloatArray, FloatArray]:
     try:
-        order = [message.name.index(name) for name in joint_names]
+        order = [names.index(name) for name in joint_names]
     except ValueError:
         raise DataError(
-            f"/joint_states has joints {', '.join(message.name) or '(none)'}",
+            f"{what} has joints {', '.join(names) or '(none)'}",
             expected=", ".join(joint_names) + " among them",
         ) from None
-    size = len(message.name)
-    if len(message.position) != size or len(message.velocity) != size:
+    size = len(names)
+    if len(position) != size or len(velocity) != size:
         raise DataError(
-            f"/joint_states has {size} names, {len(message.position)} positions and "
-            f"{len(message.velocity)} velocities",
+            f"{what} has {size} names, {len(position)} positions and {len(velocity)} velocities",
             expected="as many of each",
         )
-    q = np.asarray(message.position, dtype=float)[order]
-    qd = np.asarray(message.velocity, dtype=float)[order]
+    q = np.asarray(position, dtype=float)[order]
+    qd = np.asarray(velocity, dtype=float)[order]
     if not (np.isfinite(q).all() and np.isfinite(qd).all()):
-        raise DataError("/joint_states holds numbers that are not finite")
+        raise DataError(f"{what} holds numbers that are not finite")
     return q, qd

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from hri_planner.ptomp.forecast import HumanForecast
 from hri_planner.robot.model import RobotModel
-from hri_planner.ros.conversions import forecast_from_message
+from hri_planner.ros.conversions import forecast_from_message, reference_from_message
+from hri_prediction.errors import DataError
 from hri_prediction.geometry.segments import capsule_distances
 from hri_prediction.ros.messages import ControllerState, HumanPrediction
 from hri_prediction.ros.time import NANO, to_ns
@@ -29,6 +30,7 @@ class Inputs:
         max_sample_age_s: A prediction whose newest sample is older counts as missing [s].
         require_tracking: Whether a graph without any tracking source may not move.
         radii: Of upper arm, forearm and hand (3,) [m].
+        reference_fault: What is wrong with the controller's newest reference; empty when it is used.
     """
 
     max_joint_age_s: float
@@ -38,9 +40,23 @@ class Inputs:
     tracked: tuple[str, ...] | None = None
     predictions: dict[str, HumanPrediction] = field(default_factory=dict)
     reference: ControllerState | None = None
+    reference_fault: str = ""
     joints_ns: int | None = None
     q: FloatArray = field(default_factory=lambda: np.zeros(7))
     qd: FloatArray = field(default_factory=lambda: np.zeros(7))
+
+    def take_reference(self, message: ControllerState, joint_names: tuple[str, ...]) -> None:
+        """Take what the controller says; what cannot be used leaves the one before, which grows old.
+
+        Raises:
+            DataError: saying what is wrong with it.
+        """
+        try:
+            self.reference = reference_from_message(message, joint_names)
+        except DataError as error:
+            self.reference_fault = str(error)
+            raise
+        self.reference_fault = ""
 
     def joints_problem(self, now_ns: int) -> str:
         """Why nobody knows where the robot is; empty when that is known."""
@@ -51,11 +67,14 @@ class Inputs:
             return f"/joint_states are {age:.2f} s old"
         if age < -self.max_joint_age_s:
             return f"/joint_states are stamped {-age:.2f} s in the future"
-        if self.reference is not None:
-            # Plans begin where the controller is: extrapolated over a stall, that is a jump.
-            age = (now_ns - to_ns(self.reference.header.stamp)) / NANO
-            if abs(age) > self.max_joint_age_s:
-                return f"the controller's reference is {age:.2f} s old"
+        if self.reference is None:
+            # Empty where no controller speaks: plans then begin where the joints are.
+            return self.reference_fault
+        # Plans begin where the controller is: extrapolated over a stall, that is a jump.
+        age = (now_ns - to_ns(self.reference.header.stamp)) / NANO
+        if abs(age) > self.max_joint_age_s:
+            why = f": {self.reference_fault}" if self.reference_fault else ""
+            return f"the controller's reference is {age:.2f} s old{why}"
         return ""
 
     def problem(self, now_ns: int) -> str:
@@ -81,7 +100,7 @@ class Inputs:
     def forget(self) -> None:
         """Drop what the robot and the predictor said, because its stamps mean nothing any more."""
         self.predictions.clear()
-        self.reference = None
+        self.reference, self.reference_fault = None, ""
         self.joints_ns = None
 
     @staticmethod

@@ -263,6 +263,7 @@ class SimulatorNode(HriNode):
                 header=Header(stamp=stamp, frame_id=WORLD),
                 state=_STATES[controller.state],
                 reason=controller.reason,
+                joint_names=list(self._simulation.robot.joint_names),
                 reference_position=flat(controller.q_ref),
                 reference_velocity=flat(controller.qd_ref),
                 trajectory=to_time(self._active_ns if controller.stamp_ns else 0),

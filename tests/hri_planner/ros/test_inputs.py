@@ -1,0 +1,115 @@
+"""What the planner node takes from the controller, and what it refuses."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from hri_planner.robot.model import load_robot
+from hri_planner.ros.inputs import Inputs
+from hri_prediction.errors import DataError
+from hri_prediction.ros.messages import ControllerState
+from hri_prediction.ros.time import to_time
+
+NAMES = load_robot().joint_names
+Q = np.linspace(-0.6, 0.6, 7)
+QD = np.linspace(0.1, 0.7, 7)
+NOW_NS = 5_000_000_000
+
+
+@pytest.fixture
+def inputs() -> Inputs:
+    return Inputs(
+        max_joint_age_s=0.1,
+        max_sample_age_s=0.085,
+        require_tracking=False,
+        radii=np.full(3, 0.05),
+        joints_ns=NOW_NS,
+    )
+
+
+def reference(stamp_ns: int = NOW_NS) -> ControllerState:
+    message = ControllerState(
+        joint_names=list(NAMES), reference_position=Q, reference_velocity=QD, speed_scale=1.0
+    )
+    message.header.stamp = to_time(stamp_ns)
+    return message
+
+
+def test_joints_in_another_order_and_others_among_them(inputs: Inputs) -> None:
+    message = reference()
+    order = [3, 0, 6, 1, 5, 2, 4]
+    message.joint_names = ["gripper", *(NAMES[i] for i in order)]
+    message.reference_position = [9.0, *Q[order]]
+    message.reference_velocity = [8.0, *QD[order]]
+    inputs.take_reference(message, NAMES)
+    assert inputs.reference is not None
+    assert tuple(inputs.reference.joint_names) == NAMES
+    np.testing.assert_array_equal(inputs.reference.reference_position, Q)
+    np.testing.assert_array_equal(inputs.reference.reference_velocity, QD)
+    assert inputs.problem(NOW_NS) == ""
+
+
+def _no_names(message: ControllerState) -> None:
+    message.joint_names = []
+
+
+def _another_robot(message: ControllerState) -> None:
+    message.joint_names = [f"panda_joint{i}" for i in range(7)]
+
+
+def _too_few_positions(message: ControllerState) -> None:
+    message.reference_position = Q[:6]
+
+
+def _no_velocities(message: ControllerState) -> None:
+    message.reference_velocity = []
+
+
+def _not_a_number(message: ControllerState) -> None:
+    message.reference_position[2] = math.nan
+
+
+def _endless_speed(message: ControllerState) -> None:
+    message.reference_velocity[6] = math.inf
+
+
+def _no_scale(message: ControllerState) -> None:
+    message.speed_scale = math.nan
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (_no_names, r"has joints \(none\)"),
+        (_another_robot, "has joints panda_joint0"),
+        (_too_few_positions, "6 positions"),
+        (_no_velocities, "0 velocities"),
+        (_not_a_number, "not finite"),
+        (_endless_speed, "not finite"),
+        (_no_scale, "speed_scale = nan"),
+    ],
+)
+def test_what_cannot_be_used_is_left_out_and_stops_the_robot(
+    inputs: Inputs, spoil: Callable[[ControllerState], None], words: str
+) -> None:
+    bad = reference(NOW_NS + 150_000_000)
+    spoil(bad)
+    with pytest.raises(DataError, match=words):
+        inputs.take_reference(bad, NAMES)
+    # Never a usable one: the robot does not begin to move from where the joints are.
+    assert inputs.reference is None
+    assert inputs.problem(NOW_NS) == inputs.reference_fault != ""
+
+    good = reference()
+    inputs.take_reference(good, NAMES)
+    assert inputs.problem(NOW_NS) == ""
+    with pytest.raises(DataError, match=words):
+        inputs.take_reference(bad, NAMES)
+    # The one before stays in use until it is too old.
+    assert inputs.reference is good
+    assert inputs.problem(NOW_NS) == ""
+    inputs.joints_ns = NOW_NS + 150_000_000
+    problem = inputs.problem(NOW_NS + 150_000_000)
+    assert "reference is 0.15 s old: the controller's reference" in problem
