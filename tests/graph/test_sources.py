@@ -5,10 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from motions import finish, newest_speed, run_into_motion, stop_time_ms
+from motions import finish, newest_speed, run_into_motion, start_reach, stop_time_ms
 from tampering import STILL
 
-from hri_prediction.ros.messages import ReachTarget
+from hri_prediction.ros.messages import IdsList, ReachTarget
+from hri_prediction.ros.qos import LATCHED
 from hri_prediction.tracks.files import save_tracks
 from hri_prediction.tracks.track import ArmTrack
 from hri_sim.nodes.replayer_node import ReplayerNode
@@ -44,3 +45,22 @@ def test_a_replay_that_is_ended_in_order_stops_the_robot(
     assert "person1" in result.reason
     assert np.abs(newest_speed(graph)).max() < 0.02
     print(f"replay ended in order: at rest after {took:.0f} ms")
+
+
+def test_a_name_that_no_topic_can_have_stops_the_robot_and_ends_no_node(
+    graph: Graph, scenario: Scenario
+) -> None:
+    graph.run(0.4)
+    handle = start_reach(graph, scenario)
+    run_into_motion(graph)
+    named = graph.now_s
+    ids = IdsList(ids=["person1", "body-7"])
+    graph.publish(IdsList, "humans/bodies/tracked", ids, LATCHED)
+    graph.run(0.3)
+    assert stop_time_ms(graph, named) <= 200.0
+    for name in ("predictor", "ptomp"):
+        assert any("'body-7'" in fault for fault in graph.nodes[name].faults), name
+    assert "body-7" in graph.messages("/ptomp/status")[-1].reason
+    ids.ids = ["person1"]
+    graph.publish(IdsList, "humans/bodies/tracked", ids, LATCHED)
+    assert finish(graph, handle).outcome == ReachTarget.Result.REACHED

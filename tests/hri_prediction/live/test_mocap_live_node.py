@@ -180,7 +180,7 @@ def test_labels_that_do_not_fit_any_more(rig: Rig, server: QtmServer) -> None:
     [
         ({"maps": ["shoulder=A"]}, "the mapping has no elbow"),
         ({"bodies": ["a", "a"]}, "bodies = .*different names"),
-        ({"bodies": ["a b"]}, "letters, digits and underscores"),
+        ({"bodies": ["a b"]}, "letters, digits and _"),
         ({"bodies": ["a", "b"], "maps": [MAP]}, "maps has 1 entries; expected 2"),
         ({"bodies": ["a", "b"], "maps": [""]}, "several bodies need maps"),
         ({"sides": ["both"]}, "side 'both'"),

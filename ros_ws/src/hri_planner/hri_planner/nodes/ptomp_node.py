@@ -29,6 +29,7 @@ from hri_planner.ptomp.costs import TableBox
 from hri_planner.ptomp.planner import PtompPlanner
 from hri_planner.robot.model import load_robot
 from hri_planner.ros.action import TickedActionServer
+from hri_planner.ros.bodies import Bodies
 from hri_planner.ros.conversions import joints_from_message, trajectory_message
 from hri_planner.ros.goals import target_of
 from hri_planner.ros.handover import STANDING_RATE, Handover
@@ -39,13 +40,7 @@ from hri_planner.ros.worker import Worker
 from hri_planner.warm import warm_kernels
 from hri_prediction.errors import DataError, PlanningError
 from hri_prediction.ros.conversions import WORLD
-from hri_prediction.ros.messages import (
-    ControllerState,
-    HumanPrediction,
-    IdsList,
-    PlannerStatus,
-    ReachTarget,
-)
+from hri_prediction.ros.messages import ControllerState, IdsList, PlannerStatus, ReachTarget
 from hri_prediction.ros.node import OK, WARN, HriNode, run_node
 from hri_prediction.ros.parameters import declare_config
 from hri_prediction.ros.qos import LATCHED, SENSOR, reliable
@@ -154,7 +149,7 @@ class PtompNode(HriNode):
         self.listen(
             ControllerState, "joint_trajectory_controller/reference", self._on_reference, SENSOR
         )
-        self.listen(IdsList, "humans/bodies/tracked", self._on_ids, LATCHED)
+        self.listen(IdsList, "humans/bodies/tracked", Bodies(self, self._inputs).take, LATCHED)
         self._action = TickedActionServer(
             self,
             ReachTarget,
@@ -183,23 +178,6 @@ class PtompNode(HriNode):
             self._inputs.take_reference(message, self._robot.joint_names)
         except DataError as error:
             self.fault("reference", str(error))
-
-    def _on_ids(self, message: IdsList) -> None:
-        for body_id in message.ids:
-            topic = f"humans/bodies/{body_id}/prediction"
-            if self.resolve_topic_name(topic) not in self.received:
-                self.listen(HumanPrediction, topic, self._on_prediction, reliable(1))
-        self._inputs.tracked = tuple(message.ids)
-
-    def _on_prediction(self, message: HumanPrediction) -> None:
-        if message.state != HumanPrediction.INVALID:
-            try:
-                # Checked on arrival, so that a bad message is named and never reaches the optimiser.
-                Inputs.check(message, self._inputs.radii)
-            except DataError as error:
-                self.fault("prediction", str(error))
-                return
-        self._inputs.predictions[message.body_id] = message
 
     # ------------------------------------------------------------------ goals
     def _on_goal(self, handle: Any) -> None:

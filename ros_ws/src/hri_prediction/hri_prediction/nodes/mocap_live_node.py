@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import re
 import sys
 from dataclasses import dataclass
 from typing import Any
 
 from std_msgs.msg import Header
 
+from hri_prediction.arm.body_id import BODY_ID_RULE, valid_body_id
 from hri_prediction.config import parameter, validate
 from hri_prediction.errors import ConfigError, HriError
 from hri_prediction.live.arm_stream import ArmStream, LiveBody, MarkerLayout
@@ -70,11 +70,10 @@ class MocapLiveConfig:
 
     def __post_init__(self) -> None:
         validate(self)
-        named = all(re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", body) for body in self.bodies)
+        named = all(valid_body_id(body) for body in self.bodies)
         if not (self.bodies and named) or len(set(self.bodies)) < len(self.bodies):
             raise ConfigError(
-                f"bodies = {list(self.bodies)}",
-                expected="different names of letters, digits and underscores",
+                f"bodies = {list(self.bodies)}", expected=f"different names of {BODY_ID_RULE}"
             )
         for name in ("maps", "sides"):
             values = getattr(self, name)

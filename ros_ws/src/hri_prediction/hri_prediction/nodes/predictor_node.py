@@ -8,6 +8,7 @@ from typing import Any
 
 from visualization_msgs.msg import MarkerArray
 
+from hri_prediction.arm.body_id import valid_body_id
 from hri_prediction.config import parameter, validate
 from hri_prediction.errors import DataError, HriError
 from hri_prediction.prediction.config import PredictorConfig
@@ -78,6 +79,11 @@ class PredictorNode(HriNode):
     def _on_ids(self, message: IdsList) -> None:
         for body_id in message.ids:
             if body_id in self._arms:
+                continue
+            if not valid_body_id(body_id):
+                self.fault(
+                    "bodies", f"body {body_id!r} is not followed: its name is no part of topics"
+                )
                 continue
             if len(self._arms) >= self._config.max_bodies:
                 self.fault(

@@ -20,7 +20,7 @@ START_NS = 10**9
 
 def body_id_of(subject: str) -> str:
     """A body id made of the name of a person; ``person1`` where it has no letter or digit."""
-    name = re.sub(r"\W+", "_", subject, flags=re.ASCII).strip("_")
+    name = re.sub(r"\W+", "_", subject, flags=re.ASCII).strip("_")[:50]
     if not name:
         return "person1"
     return f"person_{name}" if name[0].isdigit() else name

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hri_prediction.arm.body_id import BODY_ID_RULE, valid_body_id
 from hri_prediction.bags.arms import ARM_TYPE, TRACKED, TRUE, sample_of
 from hri_prediction.bags.cdr import read_stamp, starts_with_stamp
 from hri_prediction.bags.metadata import OfferedQos
@@ -22,7 +23,6 @@ from hri_prediction.tracks.track import ArmSample, ArmTrack
 TRACKED_TOPIC = "humans/bodies/{}/arm"
 TRUE_TOPIC = "sim/bodies/{}/arm"
 _SAME_CLOCK_NS = 60 * 10**9
-_BODY_ID = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 @dataclass(frozen=True)
@@ -202,11 +202,8 @@ def load_playback(
         ConfigError: an option that does not fit the kind of file.
         DataError: the file cannot be read or holds nothing to play.
     """
-    if body_id and not _BODY_ID.fullmatch(body_id):
-        raise ConfigError(
-            f"body id {body_id!r}",
-            expected="letters, digits and _, not beginning with a digit: it becomes part of topics",
-        )
+    if body_id and not valid_body_id(body_id):
+        raise ConfigError(f"body id {body_id!r}", expected=BODY_ID_RULE)
     path = Path(path)
     if path.suffix == ".mcap" or path.is_dir():
         if trial is not None:

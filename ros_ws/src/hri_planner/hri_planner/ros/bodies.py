@@ -1,0 +1,51 @@
+"""The predictions of the bodies that are tracked: who they are, and what is heard of them."""
+
+from __future__ import annotations
+
+from hri_planner.ros.inputs import Inputs
+from hri_prediction.arm.body_id import valid_body_id
+from hri_prediction.errors import DataError
+from hri_prediction.ros.messages import HumanPrediction, IdsList
+from hri_prediction.ros.node import HriNode
+from hri_prediction.ros.qos import reliable
+
+
+class Bodies:
+    """Listens to the prediction of every tracked body.
+
+    Args:
+        node: Subscribes; faults are said by it.
+        inputs: Where predictions go, once they have been checked.
+    """
+
+    def __init__(self, node: HriNode, inputs: Inputs) -> None:
+        self._node = node
+        self._inputs = inputs
+        self._topics: dict[str, str] = {}
+
+    def take(self, message: IdsList) -> None:
+        """Take who is tracked now.
+
+        A body whose name no topic can have stays tracked without a prediction, so that the robot stops.
+        """
+        for body_id in message.ids:
+            if body_id in self._topics:
+                continue
+            if not valid_body_id(body_id):
+                self._node.fault(
+                    "bodies", f"body {body_id!r} is tracked, and no topic has such a name"
+                )
+                continue
+            self._topics[body_id] = topic = f"humans/bodies/{body_id}/prediction"
+            self._node.listen(HumanPrediction, topic, self._on_prediction, reliable(1))
+        self._inputs.tracked = tuple(message.ids)
+
+    def _on_prediction(self, message: HumanPrediction) -> None:
+        if message.state != HumanPrediction.INVALID:
+            try:
+                # Checked on arrival, so that a bad message is named and never reaches the optimiser.
+                Inputs.check(message, self._inputs.radii)
+            except DataError as error:
+                self._node.fault("prediction", str(error))
+                return
+        self._inputs.predictions[message.body_id] = message
