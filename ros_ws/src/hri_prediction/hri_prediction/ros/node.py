@@ -90,7 +90,9 @@ class HriNode(Node):
         self.period_s = period_s
         self.received: dict[str, int] = {}
         self.publishers_by_topic: dict[str, CountedPublisher] = {}
-        self._inbox: list[tuple[int, str, int, Any, Handler]] = []
+        # Per topic as many as the middleware would keep: a node that does not tick must not grow.
+        self._inbox: dict[str, deque[tuple[int, str, int, Any, Handler]]] = {}
+        self._overflowed: dict[str, int] = {}
         self._arrivals = 0
         self._lockstep_now_ns = lockstep_ns or 0
         self._tick_ms: deque[float] = deque(maxlen=1000)
@@ -140,17 +142,21 @@ class HriNode(Node):
 
         The order on the tick is by (stamp in the header, topic); messages without a header count as
         stamped at the tick, and so do commands, whose stamp says when they are to take effect: a later
-        command takes the place of an earlier one.
+        command takes the place of an earlier one. Of more messages than the depth of ``qos`` between two
+        ticks the oldest are dropped, and counted on /diagnostics.
         """
         resolved = self.resolve_topic_name(topic)
         self.received[resolved] = 0
+        queue = self._inbox[resolved] = deque(maxlen=qos.depth or None)
         stamped = not command and "header" in message_type.get_fields_and_field_types()
 
         def store(message: Any) -> None:
             self.received[resolved] += 1
             self._arrivals += 1
             stamp = to_ns(message.header.stamp) if stamped else sys.maxsize
-            self._inbox.append((stamp, resolved, self._arrivals, message, handler))
+            if len(queue) == queue.maxlen:
+                self._overflowed[resolved] = self._overflowed.get(resolved, 0) + 1
+            queue.append((stamp, resolved, self._arrivals, message, handler))
 
         self.create_subscription(message_type, topic, store, qos)
 
@@ -167,9 +173,7 @@ class HriNode(Node):
             self._variants = compiled_variants()
         start = time.perf_counter()
         self._notice_standstill(start)
-        inbox, self._inbox = self._inbox, []
-        inbox.sort(key=lambda item: item[:3])
-        for _, _, _, message, handler in inbox:
+        for _, _, _, message, handler in self._take_inbox():
             handler(message)
         now = self.now_ns()
         self.on_tick(now)
@@ -183,6 +187,14 @@ class HriNode(Node):
             self._publish_diagnostics(now)
         elif self._next_diagnostics_ns - now > 2 * NANO:  # the clock went back
             self._next_diagnostics_ns = now
+
+    def _take_inbox(self) -> list[tuple[int, str, int, Any, Handler]]:
+        """What has come since the last tick, in order."""
+        taken = [item for queue in self._inbox.values() for item in queue]
+        for queue in self._inbox.values():
+            queue.clear()
+        taken.sort(key=lambda item: item[:3])
+        return taken
 
     def _notice_standstill(self, now_s: float) -> None:
         """Say so when the timer came much too late: not this node's work but the machine's."""
@@ -243,6 +255,8 @@ class HriNode(Node):
         figures["compiled_late"] = ", ".join(self.compiled_late())
         for topic, count in self.received.items():
             figures[f"received {topic}"] = count
+        for topic, count in self._overflowed.items():
+            figures[f"dropped {topic}"] = count
         for topic, publisher in self.publishers_by_topic.items():
             figures[f"sent {topic}"] = publisher.sent
         status = DiagnosticStatus(

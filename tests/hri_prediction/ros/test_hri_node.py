@@ -1,0 +1,95 @@
+"""What all nodes share: the inbox between two ticks."""
+
+import os
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.experimental.events_executor import EventsExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from std_msgs.msg import Float64
+
+from hri_prediction.ros.node import HriNode
+from hri_prediction.ros.qos import reliable
+
+DOMAIN = 1 + (os.getpid() + 53) % 100
+
+
+class Listener(HriNode):
+    """Keeps what it is handed, and counts its ticks."""
+
+    def __init__(self, period_s: float = 0.01, **kwargs: Any) -> None:
+        super().__init__("listener", period_s=period_s, **kwargs)
+        self.numbers: list[float] = []
+        self.ticks = 0
+        self.listen(
+            Float64, "number", lambda message: self.numbers.append(message.data), reliable(5)
+        )
+
+    def on_tick(self, now_ns: int) -> None:
+        self.ticks += 1
+
+
+class Rig:
+    """A context with an executor, and a plain node beside the one that is looked at."""
+
+    def __init__(self) -> None:
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context, domain_id=DOMAIN)
+        self.node = Node("outside", context=self.context)
+        self.executor = EventsExecutor(context=self.context)
+        self.executor.add_node(self.node)
+        self.made: list[Listener] = []
+
+    def listener(self, simulated: bool = False, **kwargs: Any) -> Listener:
+        overrides = [Parameter("use_sim_time", value=simulated)]
+        self.made.append(Listener(context=self.context, parameter_overrides=overrides, **kwargs))
+        self.executor.add_node(self.made[-1])
+        return self.made[-1]
+
+    def until(self, done: Callable[[], bool]) -> None:
+        end = time.monotonic() + 10.0
+        while not done():
+            assert time.monotonic() < end, "timed out"
+            self.executor.spin_once(timeout_sec=0.02)
+
+
+@pytest.fixture
+def rig() -> Iterator[Rig]:
+    rig = Rig()
+    yield rig
+    rig.executor.shutdown()
+    for node in (*rig.made, rig.node):
+        node.destroy_node()
+    rclpy.try_shutdown(context=rig.context)
+
+
+def test_while_the_clock_stands_the_newest_messages_wait(rig: Rig) -> None:
+    node = rig.listener(simulated=True)  # and nobody is there who gives the time
+    status: list[dict[str, str]] = []
+    rig.node.create_subscription(
+        DiagnosticArray,
+        "/diagnostics",
+        lambda message: status.append({v.key: v.value for v in message.status[0].values}),
+        10,
+    )
+    numbers = rig.node.create_publisher(Float64, "number", reliable(50))
+    rig.until(lambda: numbers.get_subscription_count() == 1)
+    for number in range(40):
+        numbers.publish(Float64(data=float(number)))
+        rig.until(lambda count=number: node.received["/number"] > count)
+    assert node.ticks == 0
+    rig.until(lambda: node.count_subscribers("/diagnostics") == 1)
+    node.tick()
+    assert node.numbers == [35.0, 36.0, 37.0, 38.0, 39.0]
+    rig.until(lambda: len(status) > 0)
+    assert status[0]["received /number"] == "40"
+    assert status[0]["dropped /number"] == "35"
+    numbers.publish(Float64(data=1.5))
+    rig.until(lambda: node.received["/number"] == 41)
+    node.tick()
+    assert node.numbers[5:] == [1.5]
