@@ -9,7 +9,7 @@ import numpy as np
 from std_msgs.msg import Header
 
 from hri_prediction.ros.messages import HumanArm, IdsList
-from hri_prediction.ros.node import HriNode
+from hri_prediction.ros.node import CountedPublisher, HriNode
 from hri_prediction.ros.qos import LATCHED, SENSOR
 from hri_prediction.ros.time import NANO, to_ns, to_time
 
@@ -121,3 +121,34 @@ class Bystander(HriNode):
                 valid=[True] * 4,
             )
         )
+
+
+class Tracker(HriNode):
+    """A tracker that gives whoever reappears a new id."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__("tracker", period_s=0.004, **kwargs)
+        self._ids = self.announce(IdsList, "humans/bodies/tracked", LATCHED)
+        self._arms: dict[str, CountedPublisher] = {}
+
+    def see(self, *ids: str) -> None:
+        """From now on these and no others are tracked, all in the same place."""
+        for body_id in self._arms.keys() - set(ids):
+            self.withdraw(self._arms.pop(body_id))
+        for body_id in set(ids) - self._arms.keys():
+            self._arms[body_id] = self.announce(HumanArm, f"humans/bodies/{body_id}/arm", SENSOR)
+        self._ids.publish(IdsList(ids=list(ids)))
+
+    def on_tick(self, now_ns: int) -> None:
+        header = Header(stamp=to_time(now_ns), frame_id="world")
+        points = STILL.ravel()
+        for body_id, arm in self._arms.items():
+            arm.publish(
+                HumanArm(
+                    header=header,
+                    body_id=body_id,
+                    side="left",
+                    keypoints=points,
+                    valid=[True] * 4,
+                )
+            )

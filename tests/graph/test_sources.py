@@ -6,8 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from motions import finish, newest_speed, run_into_motion, start_reach, stop_time_ms
-from tampering import STILL
+from tampering import STILL, Tracker
 
+from hri_planner.nodes.ptomp_node import PtompNode
+from hri_prediction.nodes.predictor_node import PredictorNode
 from hri_prediction.ros.messages import IdsList, ReachTarget
 from hri_prediction.ros.qos import LATCHED
 from hri_prediction.tracks.files import save_tracks
@@ -64,3 +66,36 @@ def test_a_name_that_no_topic_can_have_stops_the_robot_and_ends_no_node(
     ids.ids = ["person1"]
     graph.publish(IdsList, "humans/bodies/tracked", ids, LATCHED)
     assert finish(graph, handle).outcome == ReachTarget.Result.REACHED
+
+
+def test_bodies_that_come_and_go_make_room_for_others() -> None:
+    def heard(node: str) -> list[str]:
+        return [
+            topic for topic in graph.nodes[node].received if topic.startswith("/humans/bodies/")
+        ]
+
+    with Graph([Tracker, PredictorNode, PtompNode], timeout_s=5.0) as graph:
+        tracker = graph.nodes["tracker"]
+        assert isinstance(tracker, Tracker)
+        # More than are followed at the same time; the first one comes back in the end.
+        for body_id in [*(f"person{number}" for number in range(10)), "person0"]:
+            begin = len(graph.log.get(topic := f"/humans/bodies/{body_id}/prediction", ()))
+            tracker.see("guest", body_id)
+            graph.run(0.1)
+            assert len(graph.log[topic]) - begin >= 3
+            assert not graph.nodes["predictor"].faults
+            bodies = ["guest", body_id]
+            tracked = "/humans/bodies/tracked"
+            arms = [f"/humans/bodies/{name}/arm" for name in bodies]
+            predictions = [f"/humans/bodies/{name}/prediction" for name in bodies]
+            assert heard("predictor") == [tracked, *arms]
+            assert heard("ptomp") == [tracked, *predictions]
+            assert [
+                name
+                for name in graph.nodes["predictor"].publishers_by_topic
+                if name.startswith("/humans/bodies/")
+            ] == predictions
+            assert set(graph.nodes["ptomp"]._inputs.predictions) == set(bodies)
+        assert len(graph.log["/humans/bodies/person0/prediction"]) < 12
+        # The one who stayed was predicted all the time.
+        assert len(graph.log["/humans/bodies/guest/prediction"]) >= 11 * 4

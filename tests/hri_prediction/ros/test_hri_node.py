@@ -93,3 +93,22 @@ def test_while_the_clock_stands_the_newest_messages_wait(rig: Rig) -> None:
     rig.until(lambda: node.received["/number"] == 41)
     node.tick()
     assert node.numbers[5:] == [1.5]
+
+
+def test_what_is_ignored_is_not_handed_over(rig: Rig) -> None:
+    node = rig.listener(simulated=True)
+    numbers = rig.node.create_publisher(Float64, "number", reliable(10))
+    rig.until(lambda: numbers.get_subscription_count() == 1)
+    numbers.publish(Float64(data=1.0))
+    rig.until(lambda: node.received["/number"] == 1)
+    node.ignore("number")
+    assert "/number" not in node.received
+    node.tick()
+    assert node.numbers == []
+    rig.until(lambda: numbers.get_subscription_count() == 0)
+    node.listen(Float64, "number", lambda message: node.numbers.append(message.data), reliable(5))
+    rig.until(lambda: numbers.get_subscription_count() == 1)
+    numbers.publish(Float64(data=2.0))
+    rig.until(lambda: node.received["/number"] == 1)
+    node.tick()
+    assert node.numbers == [2.0]

@@ -24,10 +24,13 @@ class Bodies:
         self._topics: dict[str, str] = {}
 
     def take(self, message: IdsList) -> None:
-        """Take who is tracked now.
+        """Take who is tracked now; what is known of others is forgotten.
 
         A body whose name no topic can have stays tracked without a prediction, so that the robot stops.
         """
+        for body_id in [known for known in self._topics if known not in message.ids]:
+            self._node.ignore(self._topics.pop(body_id))
+            self._inputs.predictions.pop(body_id, None)
         for body_id in message.ids:
             if body_id in self._topics:
                 continue

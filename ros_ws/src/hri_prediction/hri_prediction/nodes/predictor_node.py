@@ -25,6 +25,7 @@ from hri_prediction.ros.time import NANO
 from hri_prediction.warm import warm_kernels
 
 MARKER_PERIOD_NS = NANO // 10
+_ARM_TOPIC = "humans/bodies/{}/arm"
 
 
 @dataclass(frozen=True)
@@ -77,6 +78,10 @@ class PredictorNode(HriNode):
 
     # ------------------------------------------------------------------ inputs
     def _on_ids(self, message: IdsList) -> None:
+        for body_id in [known for known in self._arms if known not in message.ids]:
+            # Trackers give a new id to whoever reappears: what is over must make room.
+            self.ignore(_ARM_TOPIC.format(body_id))
+            self.withdraw(self._arms.pop(body_id).publisher)
         for body_id in message.ids:
             if body_id in self._arms:
                 continue
@@ -95,7 +100,7 @@ class PredictorNode(HriNode):
             )
             predictor = ReachPredictor(self._library, self._prediction_config)
             self._arms[body_id] = _Arm(predictor, publisher)
-            self.listen(HumanArm, f"humans/bodies/{body_id}/arm", self._on_arm, SENSOR)
+            self.listen(HumanArm, _ARM_TOPIC.format(body_id), self._on_arm, SENSOR)
 
     def _on_arm(self, message: HumanArm) -> None:
         arm = self._arms.get(message.body_id)
@@ -133,7 +138,7 @@ class PredictorNode(HriNode):
 
     # ------------------------------------------------------------------ work
     def on_tick(self, now_ns: int) -> None:
-        """Predict every arm that was ever seen."""
+        """Predict every tracked arm that was ever seen."""
         for body_id, arm in self._arms.items():
             arm.prediction = arm.predictor.predict(now_ns)
             if arm.prediction is None:

@@ -25,6 +25,7 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
+from rclpy.subscription import Subscription
 from std_msgs.msg import Header
 
 from hri_prediction.compiled import compiled_variants
@@ -47,7 +48,7 @@ class CountedPublisher:
     """A publisher that counts what it sends, so that a coordinator knows what must arrive."""
 
     def __init__(self, publisher: Publisher, message_type: Any, qos: QoSProfile) -> None:
-        self._publisher = publisher
+        self.publisher = publisher
         self.message_type = message_type
         self.qos = qos
         self.topic: str = publisher.topic_name
@@ -56,12 +57,12 @@ class CountedPublisher:
     @property
     def subscription_count(self) -> int:
         """Number of subscriptions that the middleware has matched."""
-        return int(self._publisher.get_subscription_count())
+        return int(self.publisher.get_subscription_count())
 
     def publish(self, message: Any) -> None:
         """Publish one message."""
         self.sent += 1
-        self._publisher.publish(message)
+        self.publisher.publish(message)
 
 
 class HriNode(Node):
@@ -93,6 +94,10 @@ class HriNode(Node):
         # Per topic as many as the middleware would keep: a node that does not tick must not grow.
         self._inbox: dict[str, deque[tuple[int, str, int, Any, Handler]]] = {}
         self._overflowed: dict[str, int] = {}
+        self._subscribed: dict[str, Subscription] = {}
+        # For the coordinator of lock-step: topics may come and go, and what was said on them counts.
+        self.topic_changes = 0
+        self.withdrawn: dict[str, int] = {}
         self._arrivals = 0
         self._lockstep_now_ns = lockstep_ns or 0
         self._tick_ms: deque[float] = deque(maxlen=1000)
@@ -127,7 +132,17 @@ class HriNode(Node):
         publisher = self.create_publisher(message_type, topic, qos)
         counted = CountedPublisher(publisher, message_type, qos)
         self.publishers_by_topic[counted.topic] = counted
+        self.topic_changes += 1
         return counted
+
+    def withdraw(self, publisher: CountedPublisher) -> None:
+        """Destroy a publisher of :meth:`announce`."""
+        del self.publishers_by_topic[publisher.topic]
+        if self.lockstep:
+            sent = self.withdrawn.get(publisher.topic, 0) + publisher.sent
+            self.withdrawn[publisher.topic] = sent
+        self.topic_changes += 1
+        self.destroy_publisher(publisher.publisher)
 
     def listen(
         self,
@@ -151,6 +166,8 @@ class HriNode(Node):
         stamped = not command and "header" in message_type.get_fields_and_field_types()
 
         def store(message: Any) -> None:
+            if self._inbox.get(resolved) is not queue:
+                return  # ignored by now
             self.received[resolved] += 1
             self._arrivals += 1
             stamp = to_ns(message.header.stamp) if stamped else sys.maxsize
@@ -158,7 +175,16 @@ class HriNode(Node):
                 self._overflowed[resolved] = self._overflowed.get(resolved, 0) + 1
             queue.append((stamp, resolved, self._arrivals, message, handler))
 
-        self.create_subscription(message_type, topic, store, qos)
+        self._subscribed[resolved] = self.create_subscription(message_type, topic, store, qos)
+        self.topic_changes += 1
+
+    def ignore(self, topic: str) -> None:
+        """End the subscription to a topic; what it has brought and is not handed over yet is dropped."""
+        resolved = self.resolve_topic_name(topic)
+        del self.received[resolved], self._inbox[resolved]
+        self._overflowed.pop(resolved, None)
+        self.topic_changes += 1
+        self.destroy_subscription(self._subscribed.pop(resolved))
 
     # ---------------------------------------------------------------- work
     def tick(self, now_ns: int | None = None) -> None:
@@ -173,8 +199,9 @@ class HriNode(Node):
             self._variants = compiled_variants()
         start = time.perf_counter()
         self._notice_standstill(start)
-        for _, _, _, message, handler in self._take_inbox():
-            handler(message)
+        for _, topic, _, message, handler in self._take_inbox():
+            if topic in self.received:
+                handler(message)
         now = self.now_ns()
         self.on_tick(now)
         self._tick_ended_s = time.perf_counter()

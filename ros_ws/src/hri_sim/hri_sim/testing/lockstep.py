@@ -85,7 +85,7 @@ class LockStep:
         self._start_ns = start_ns
         self._outside: dict[str, int] = defaultdict(int)
         self._periods: dict[HriNode, int] = {}
-        self._known = -1  # number of publishers and subscriptions that have found each other
+        self._known = -1  # changes of topics up to which all have found each other
         # What was said on a topic before somebody began to listen to it, who will never get it.
         self._missed: dict[tuple[Node, str], int] = {}
         for node in self.nodes:
@@ -116,7 +116,7 @@ class LockStep:
 
     def _discover(self) -> None:
         """Wait until every publisher sees all of its subscribers, also those made on the way."""
-        known = sum(len(n.received) + len(n.publishers_by_topic) for n in self.nodes)
+        known = sum(node.topic_changes for node in self.nodes)
         if known + len(self.log.received) == self._known:
             return
         for node in self.nodes:
@@ -142,6 +142,8 @@ class LockStep:
                         expected=f"{len(listeners)}: {names}",
                         hint="check that publisher and subscribers have matching QoS",
                     )
+        # Who has stopped listening begins anew when it does so again.
+        self._missed = {pair: count for pair, count in self._missed.items() if pair in pairs}
         for listener, topic in pairs - self._missed.keys():
             self._missed[listener, topic] = self._lost(topic)
 
@@ -153,13 +155,14 @@ class LockStep:
             if publisher is not None:
                 latched = publisher.qos.durability == LATCHED.durability
                 lost += max(publisher.sent - (publisher.qos.depth if latched else 0), 0)
+            lost += node.withdrawn.get(topic, 0)
         return lost
 
     def _sent(self) -> dict[str, int]:
         sent: dict[str, int] = defaultdict(int, self._outside)
         for node in self.nodes:
-            for topic, publisher in node.publishers_by_topic.items():
-                sent[topic] += publisher.sent
+            for topic, count in _said(node).items():
+                sent[topic] += count
         return sent
 
     def _deliver(self) -> None:
@@ -219,8 +222,8 @@ class LockStep:
     def remove(self, node: HriNode) -> None:
         """Take a node out, as if its process had been killed: nothing of it is said any more."""
         self._deliver()
-        for topic, publisher in node.publishers_by_topic.items():
-            self._outside[topic] += publisher.sent
+        for topic, count in _said(node).items():
+            self._outside[topic] += count
         self.nodes.remove(node)
         self._known = -1
         self._missed = {pair: count for pair, count in self._missed.items() if pair[0] is not node}
@@ -235,3 +238,11 @@ class LockStep:
         self.executor.shutdown()
         for node in self._all():
             node.destroy_node()
+
+
+def _said(node: HriNode) -> dict[str, int]:
+    """How many messages a node has sent on each topic, also by publishers that it has withdrawn."""
+    said = defaultdict(int, node.withdrawn)
+    for topic, publisher in node.publishers_by_topic.items():
+        said[topic] += publisher.sent
+    return said
