@@ -1,4 +1,4 @@
-"""What all nodes share: the inbox between two ticks."""
+"""What all nodes share: the inbox between two ticks, and notice of not having been run."""
 
 import os
 import time
@@ -8,12 +8,14 @@ from typing import Any
 import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.clock import Clock, ClockType
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_msgs.msg import Float64
 
-from hri_prediction.ros.node import HriNode
+from hri_prediction.ros.messages import Reset
+from hri_prediction.ros.node import STANDSTILL_S, HriNode
 from hri_prediction.ros.qos import reliable
 
 DOMAIN = 1 + (os.getpid() + 53) % 100
@@ -112,3 +114,48 @@ def test_what_is_ignored_is_not_handed_over(rig: Rig) -> None:
     rig.until(lambda: node.received["/number"] == 1)
     node.tick()
     assert node.numbers == [2.0]
+
+
+def held_up(node: Listener) -> bool:
+    return any("was not run for" in fault for fault in node.faults)
+
+
+@pytest.mark.parametrize("steady", [False, True])
+def test_a_node_that_is_not_run_says_so(rig: Rig, steady: bool) -> None:
+    # A timer on a clock of its own is watched in simulated time, too.
+    node = rig.listener(simulated=steady)
+    if steady:
+        node.set_period(0.01, Clock(clock_type=ClockType.STEADY_TIME))
+    rig.until(lambda: node.ticks > 3)
+    assert not held_up(node)
+    time.sleep(1.4 * STANDSTILL_S)
+    ticks = node.ticks
+    rig.until(lambda: node.ticks > ticks)
+    assert held_up(node)
+
+
+def test_a_clock_that_stands_is_no_standstill(rig: Rig) -> None:
+    node = rig.listener(simulated=True)
+    node.tick()
+    time.sleep(1.1 * STANDSTILL_S)
+    node.tick()
+    assert not held_up(node)
+
+
+def test_the_work_of_a_service_is_no_standstill(rig: Rig) -> None:
+    node = rig.listener()
+
+    def slow(request: Reset.Request, response: Reset.Response) -> Reset.Response:
+        time.sleep(1.4 * STANDSTILL_S)
+        response.success = True
+        return response
+
+    node.serve(Reset, "~/reset", slow)
+    client = rig.node.create_client(Reset, "/listener/reset")
+    rig.until(lambda: client.service_is_ready() and node.ticks > 3)
+    answer = client.call_async(Reset.Request())
+    rig.until(answer.done)
+    ticks = node.ticks
+    rig.until(lambda: node.ticks > ticks + 3)
+    assert answer.result().success
+    assert not held_up(node)

@@ -70,7 +70,7 @@ class PredictorNode(HriNode):
         warm_kernels()
         self._markers = self.announce(MarkerArray, "humans/markers", reliable(1))
         self.listen(IdsList, "humans/bodies/tracked", self._on_ids, LATCHED)
-        self.create_service(LoadModel, "~/load_model", self._on_load_model)
+        self.serve(LoadModel, "~/load_model", self._on_load_model)
         self.set_period(self._config.period)
 
     def _load(self, path: str) -> TaskLibrary:

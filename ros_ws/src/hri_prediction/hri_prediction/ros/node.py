@@ -19,6 +19,7 @@ from typing import Any
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.clock import Clock, ClockType
 from rclpy.context import Context
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
@@ -101,7 +102,7 @@ class HriNode(Node):
         self._arrivals = 0
         self._lockstep_now_ns = lockstep_ns or 0
         self._tick_ms: deque[float] = deque(maxlen=1000)
-        self._tick_ended_s = 0.0
+        self._worked_s = 0.0
         self._overruns = 0
         # Compiled kernels at the first tick: none may be added afterwards.
         self._variants: dict[str, int] | None = None
@@ -112,12 +113,18 @@ class HriNode(Node):
         if period_s > 0:
             self.set_period(period_s)
 
-    def set_period(self, period_s: float) -> None:
-        """Set the period of the tick [s], for nodes whose period is a parameter."""
+    def set_period(self, period_s: float, clock: Clock | None = None) -> None:
+        """Set the period of the tick [s], for nodes whose period is a parameter.
+
+        Args:
+            period_s: The period [s].
+            clock: Clock of the timer; the node's own when not given.
+        """
         self.period_s = period_s
         if self._timer is not None:
             self.destroy_timer(self._timer)
-        self._timer = None if self.lockstep else self.create_timer(period_s, self.tick)
+        if not self.lockstep:
+            self._timer = self.create_timer(period_s, self.tick, clock=clock)
 
     # ---------------------------------------------------------------- time
     def now_ns(self) -> int:
@@ -186,6 +193,18 @@ class HriNode(Node):
         self.topic_changes += 1
         self.destroy_subscription(self._subscribed.pop(resolved))
 
+    def serve(self, service_type: Any, name: str, handler: Callable[[Any, Any], Any]) -> None:
+        """Offer a service; ``handler`` takes request and response, and is called at once."""
+
+        def answer(request: Any, response: Any) -> Any:
+            self._notice_standstill(time.perf_counter())
+            try:
+                return handler(request, response)
+            finally:
+                self._worked_s = time.perf_counter()
+
+        self.create_service(service_type, name, answer)
+
     # ---------------------------------------------------------------- work
     def tick(self, now_ns: int | None = None) -> None:
         """Hand the stored messages to their handlers, in order, then compute.
@@ -204,8 +223,8 @@ class HriNode(Node):
                 handler(message)
         now = self.now_ns()
         self.on_tick(now)
-        self._tick_ended_s = time.perf_counter()
-        elapsed = self._tick_ended_s - start
+        self._worked_s = time.perf_counter()
+        elapsed = self._worked_s - start
         self._tick_ms.append(elapsed * 1e3)
         if self.period_s > 0 and elapsed > self.period_s:
             self._overruns += 1
@@ -225,17 +244,19 @@ class HriNode(Node):
 
     def _notice_standstill(self, now_s: float) -> None:
         """Say so when the timer came much too late: not this node's work but the machine's."""
-        gap = now_s - self._tick_ended_s
+        gap = now_s - self._worked_s
         if (
             self._timer is None
-            or self.get_parameter("use_sim_time").value
-            or not self._tick_ended_s
+            or not self._worked_s
+            or gap <= max(STANDSTILL_S, 10 * self.period_s)
         ):
             return
-        if gap > max(STANDSTILL_S, 10.0 * self.period_s):
-            self.fault(
-                "standstill", f"this node was not run for {gap:.2f} s: is the machine overloaded?"
-            )
+        simulated = self.get_parameter("use_sim_time").value
+        if simulated and self._timer.clock.clock_type == ClockType.ROS_TIME:
+            return  # /clock may stand still
+        self.fault(
+            "standstill", f"this node was not run for {gap:.2f} s: is the machine overloaded?"
+        )
 
     def on_tick(self, now_ns: int) -> None:
         """Compute and publish; called once a tick, after the message handlers."""

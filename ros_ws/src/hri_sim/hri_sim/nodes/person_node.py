@@ -76,7 +76,7 @@ class PersonNode(HriNode):
             self._tracked[spec.id] = self.announce(HumanArm, f"humans/bodies/{spec.id}/arm", SENSOR)
         self._ids = self.announce(IdsList, "humans/bodies/tracked", LATCHED)
         self.listen(Cue, "sim/cue", self._on_cue, reliable(10))
-        self.create_service(Reset, "~/reset", self._on_reset)
+        self.serve(Reset, "~/reset", self._on_reset)
         self._begun = False
         self._restart()
         self._say_ids()

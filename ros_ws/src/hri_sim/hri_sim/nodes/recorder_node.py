@@ -137,8 +137,7 @@ class RecorderNode(HriNode):
         self._last_state: tuple[float, RecorderState] | None = None
         self._look()
         # On its own clock: with use_sim_time, /clock itself must be found before it moves.
-        self.period_s = PERIOD_S
-        self.create_timer(PERIOD_S, self.tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self.set_period(PERIOD_S, Clock(clock_type=ClockType.STEADY_TIME))
 
     # ------------------------------------------------------------------ graph
     def on_tick(self, now_ns: int) -> None:

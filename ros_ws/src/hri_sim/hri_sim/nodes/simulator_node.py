@@ -112,7 +112,7 @@ class SimulatorNode(HriNode):
         self.listen(Float64, "separation/speed_scale", self._on_speed_scale, reliable(10))
         for body_id in self._arms:
             self.listen(HumanArm, f"sim/bodies/{body_id}/arm", self._on_arm, SENSOR)
-        self.create_service(Reset, "~/reset", self._on_reset)
+        self.serve(Reset, "~/reset", self._on_reset)
         self._description.publish(String(data=self._simulation.robot.urdf_text))
         self._begun = False
 
