@@ -26,6 +26,7 @@ from hri_prediction.errors import ConfigError  # noqa: E402
 from hri_prediction.nodes.mocap_live_node import MocapLiveNode  # noqa: E402
 from hri_prediction.ros.conversions import sample_from_message  # noqa: E402
 from hri_prediction.ros.messages import HumanArm, IdsList  # noqa: E402
+from hri_prediction.ros.node import ERROR, OK  # noqa: E402
 from hri_prediction.ros.qos import LATCHED, SENSOR  # noqa: E402
 from hri_prediction.ros.time import to_ns  # noqa: E402
 from hri_prediction.tracks.importers.convert import (  # noqa: E402
@@ -149,6 +150,16 @@ def test_lost_stream_goes_on_and_the_bodies_stay_tracked(rig: Rig, server: QtmSe
     )
     rig.nodes.pop().close()
     assert [list(m.ids) for m in rig.ids] == [["ann"]]
+
+
+def test_a_client_that_has_ended_is_an_error(rig: Rig, server: QtmServer) -> None:
+    node = rig.start(server)
+    rig.until(lambda: rig.arms, "frames")
+    assert node.health()[0] == OK
+    node._client.close()  # as if its thread had died
+    level, text, _ = node.health()
+    assert (level, "has ended" in text) == (ERROR, True)
+    rig.until(lambda: any("has ended" in fault for fault in node.faults), "the fault")
 
 
 def test_guess_is_reported_and_not_used(rig: Rig, server: QtmServer) -> None:

@@ -8,6 +8,7 @@ import pytest
 from qtm_server import SETTINGS_CHANGED, SHUTTING_DOWN, QtmServer
 
 from hri_prediction.errors import ConfigError
+from hri_prediction.live import qtm_client
 from hri_prediction.live.arm_stream import MarkerLayout
 from hri_prediction.live.qtm_client import QtmClient, load_qtm_rt
 
@@ -180,6 +181,39 @@ def test_other_programs_are_not_taken_for_qtm(connect):
         wait(lambda: "does not answer" in client.problem, "it is told")
         client.close()
         web.shutdown()
+
+
+def fail_once(function):
+    """The function, which raises something that nobody expects when it is called for the first time."""
+    calls = []
+
+    def call(*args):
+        calls.append(args)
+        if len(calls) == 1:
+            raise ZeroDivisionError("something odd")
+        return function(*args)
+
+    return call
+
+
+def test_what_nobody_expects_does_not_end_it(server, connect, monkeypatch, caplog):
+    monkeypatch.setattr(qtm_client, "read_layout", fail_once(qtm_client.read_layout))
+    client = connect(retry_s=0.2)
+    wait(lambda: "ZeroDivisionError: something odd" in client.problem, "the problem")
+    frames(client, 5)
+    assert client.problem == ""
+    assert client.failures == 1
+    assert client.alive
+    assert "something odd" in caplog.text
+
+
+def test_what_goes_wrong_with_a_frame_is_told(server, connect, caplog):
+    client = connect(retry_s=0.2, clock=fail_once(time.time_ns))
+    wait(lambda: "ZeroDivisionError: something odd" in client.problem, "the problem")
+    frames(client, 5)
+    assert client.problem == ""
+    assert client.connections == 2
+    assert "something odd" in caplog.text
 
 
 def test_without_the_extra(monkeypatch):

@@ -7,6 +7,7 @@ settings change. Needs no ROS. QTM sends what is missing as NaN, and lengths in 
 from __future__ import annotations
 
 import asyncio
+import logging
 import threading
 from collections import deque
 from collections.abc import Callable
@@ -19,6 +20,7 @@ from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.live.arm_stream import MarkerLayout
 from hri_prediction.live.qtm import QtmFrame, read_layout
 
+_LOG = logging.getLogger(__name__)
 VERSION = "1.25"
 """Version of the protocol; QTM since 2023 speaks it, and later ones too."""
 _MOST_WAITING = 1000
@@ -82,6 +84,7 @@ class QtmClient:
         self._frames: deque[QtmFrame] = deque(maxlen=_MOST_WAITING)
         self._loop = asyncio.new_event_loop()
         self._task: asyncio.Task[None] | None = None
+        self._session: _Session | None = None
         self._thread = threading.Thread(target=self._work, name="qtm", daemon=True)
         self.problem = f"connecting to QTM at {host}:{port}"
         """Why no frames come; empty while they do."""
@@ -98,6 +101,11 @@ class QtmClient:
             frames.append(self._frames.popleft())
         return frames
 
+    @property
+    def alive(self) -> bool:
+        """Whether the thread runs; without it no frames come any more."""
+        return self._thread.is_alive()
+
     def close(self) -> None:
         """End the connection and the thread."""
         if self._thread.is_alive():
@@ -111,8 +119,7 @@ class QtmClient:
 
     def _work(self) -> None:
         asyncio.set_event_loop(self._loop)
-        # What goes wrong in a callback ends the connection, and its end is reported.
-        self._loop.set_exception_handler(lambda loop, context: None)
+        self._loop.set_exception_handler(self._on_error)
         self._task = self._loop.create_task(self._serve())
         try:
             self._loop.run_until_complete(self._task)
@@ -123,11 +130,21 @@ class QtmClient:
             self._loop.run_until_complete(asyncio.sleep(0.0))
             self._loop.close()
 
+    def _on_error(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+        """What goes wrong in a callback ends the connection, which is then made anew."""
+        error = context.get("exception")
+        _LOG.error("receiving from QTM: %s", context.get("message"), exc_info=error)
+        if "future" in context:
+            return  # of a connection that has ended already
+        if self._session is not None:
+            self._session.end(_described(error) if error else str(context.get("message")))
+
     async def _serve(self) -> None:
         where = f"QTM at {self._host}:{self._port}"
         while True:
             try:
-                await _Session(self._qtm, self).run()
+                self._session = _Session(self._qtm, self)
+                await self._session.run()
             except TimeoutError:
                 self.problem = f"{where} does not answer within {self._silence_s:g} s"
             except OSError as error:
@@ -137,6 +154,10 @@ class QtmClient:
                 self.problem = f"{where} refuses: {_text(error.value)}"
             except DataError as error:
                 self.problem = f"{where}: {error}"
+            except Exception as error:
+                # Whatever it is: a thread that ended here would leave the robot's people unseen, unsaid.
+                self.problem = f"{where}: {_described(error)}"
+                _LOG.exception("receiving from QTM")
             self.failures += 1
             await asyncio.sleep(self._retry_s)
 
@@ -204,7 +225,7 @@ class _Session:
             return
         positions = np.array(found[1], dtype=np.float64).reshape(-1, 3)
         if len(positions) != len(self._layout.names):
-            self._end(f"a frame holds {len(positions)} markers, not {len(self._layout.names)}")
+            self.end(f"a frame holds {len(positions)} markers, not {len(self._layout.names)}")
             return
         self._received += 1
         self._client.problem = ""
@@ -221,18 +242,24 @@ class _Session:
     def _on_event(self, event: Any) -> None:
         # What is said before the stream begins is of the past.
         if self._streaming and event.name in _ENDS_STREAM:
-            self._end(f"QTM says {event.name.removeprefix('Event')}")
+            self.end(f"QTM says {event.name.removeprefix('Event')}")
 
     def _on_disconnect(self, error: Exception | None) -> None:
-        self._end(f"the connection broke: {error}" if error else "the connection was closed")
+        broke = f"the connection broke: {_described(error)}" if error else ""
+        self.end(broke or "the connection was closed")
 
-    def _end(self, reason: str) -> None:
+    def end(self, reason: str) -> None:
+        """End the connection; the first reason counts."""
         if not self._ended.is_set():
             self._reason = reason
             self._ended.set()
 
 
 _SILENT = "connected, but no frames come; start a measurement, or real-time output from a file"
+
+
+def _described(error: BaseException) -> str:
+    return f"{type(error).__name__}: {error}"
 
 
 def _text(value: Any) -> str:

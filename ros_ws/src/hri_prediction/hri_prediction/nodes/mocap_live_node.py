@@ -149,10 +149,17 @@ class MocapLiveNode(HriNode):
                 self._begin(frame.layout)
             self._publish(frame)
         # The first attempt, while it lasts, is no fault.
-        if self._client.problem and self._client.failures:
-            self.fault("stream", self._client.problem, ERROR)
+        problem = self._stream_problem()
+        if problem and (self._client.failures or not self._client.alive):
+            self.fault("stream", problem, ERROR)
         if self._problem:
             self.fault("markers", self._problem, ERROR)
+
+    def _stream_problem(self) -> str:
+        """Why no frames come; empty while they do."""
+        if not self._client.alive:
+            return "what receives from QTM has ended; start this node again"
+        return self._client.problem
 
     def _begin(self, layout: MarkerLayout) -> None:
         """A stream begins, perhaps with other markers."""
@@ -205,7 +212,7 @@ class MocapLiveNode(HriNode):
         }
         if self._stream is not None:
             figures |= self._stream.mappings
-        problem = self._client.problem or self._problem
+        problem = self._stream_problem() or self._problem
         return (ERROR, problem, figures) if problem else (OK, "streaming", figures)
 
 
