@@ -23,7 +23,7 @@ from rclpy.node import Node  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
 
 from hri_prediction.errors import ConfigError  # noqa: E402
-from hri_prediction.nodes.mocap_live_node import MocapLiveNode  # noqa: E402
+from hri_prediction.nodes.mocap_live_node import MocapLiveConfig, MocapLiveNode  # noqa: E402
 from hri_prediction.ros.conversions import sample_from_message  # noqa: E402
 from hri_prediction.ros.messages import HumanArm, IdsList  # noqa: E402
 from hri_prediction.ros.node import ERROR, OK  # noqa: E402
@@ -160,6 +160,10 @@ def test_a_client_that_has_ended_is_an_error(rig: Rig, server: QtmServer) -> Non
     level, text, _ = node.health()
     assert (level, "has ended" in text) == (ERROR, True)
     rig.until(lambda: any("has ended" in fault for fault in node.faults), "the fault")
+
+
+def test_the_body_is_named_as_by_every_other_source() -> None:
+    assert MocapLiveConfig().bodies == ("person1",)
 
 
 def test_guess_is_reported_and_not_used(rig: Rig, server: QtmServer) -> None:

@@ -47,7 +47,7 @@ class MocapLiveConfig:
         low=0.0,
         high=0.2,
     )
-    bodies: tuple[str, ...] = parameter(("person_1",), "Body id of each arm to be followed")
+    bodies: tuple[str, ...] = parameter(("person1",), "Body id of each arm to be followed")
     maps: tuple[str, ...] = parameter(
         ("",),
         "Markers of each arm, as import_mocap.py --map takes them: shoulder=A,elbow=B,wrist=C+D"

@@ -39,7 +39,11 @@ def one_of(name: str, value: str, allowed: tuple[str, ...]) -> str:
 def launch(
     planner: Annotated[str, typer.Option(help="Motion planner: ptomp.")] = "ptomp",
     human: Annotated[
-        str, typer.Option(help="Where the person comes from: simulated or replay.")
+        str,
+        typer.Option(
+            help="Where the person comes from: simulated or replay. Live motion capture is for "
+            "nodes that are started by hand (mocap_live)."
+        ),
     ] = "simulated",
     human_file: Annotated[
         Path | None, typer.Option(help="Recording to replay: mocap bag or track file.")
