@@ -31,10 +31,10 @@ from std_msgs.msg import Header
 
 from hri_prediction.compiled import compiled_variants
 from hri_prediction.errors import ConfigError, HriError
+from hri_prediction.ros.inbox import Handler, Inbox
 from hri_prediction.ros.readiness import ready_line
 from hri_prediction.ros.time import NANO, to_ns, to_time
 
-Handler = Callable[[Any], None]
 OK, WARN, ERROR, STALE = (
     DiagnosticStatus.OK,
     DiagnosticStatus.WARN,
@@ -92,14 +92,11 @@ class HriNode(Node):
         self.period_s = period_s
         self.received: dict[str, int] = {}
         self.publishers_by_topic: dict[str, CountedPublisher] = {}
-        # Per topic as many as the middleware would keep: a node that does not tick must not grow.
-        self._inbox: dict[str, deque[tuple[int, str, int, Any, Handler]]] = {}
-        self._overflowed: dict[str, int] = {}
+        self._inbox = Inbox()
         self._subscribed: dict[str, Subscription] = {}
         # For the coordinator of lock-step: topics may come and go, and what was said on them counts.
         self.topic_changes = 0
         self.withdrawn: dict[str, int] = {}
-        self._arrivals = 0
         self._lockstep_now_ns = lockstep_ns or 0
         self._tick_ms: deque[float] = deque(maxlen=1000)
         self._worked_s = 0.0
@@ -169,18 +166,12 @@ class HriNode(Node):
         """
         resolved = self.resolve_topic_name(topic)
         self.received[resolved] = 0
-        queue = self._inbox[resolved] = deque(maxlen=qos.depth or None)
+        keep = self._inbox.open(resolved, qos.depth, handler)
         stamped = not command and "header" in message_type.get_fields_and_field_types()
 
         def store(message: Any) -> None:
-            if self._inbox.get(resolved) is not queue:
-                return  # ignored by now
-            self.received[resolved] += 1
-            self._arrivals += 1
-            stamp = to_ns(message.header.stamp) if stamped else sys.maxsize
-            if len(queue) == queue.maxlen:
-                self._overflowed[resolved] = self._overflowed.get(resolved, 0) + 1
-            queue.append((stamp, resolved, self._arrivals, message, handler))
+            if keep(to_ns(message.header.stamp) if stamped else sys.maxsize, message):
+                self.received[resolved] += 1
 
         self._subscribed[resolved] = self.create_subscription(message_type, topic, store, qos)
         self.topic_changes += 1
@@ -188,8 +179,8 @@ class HriNode(Node):
     def ignore(self, topic: str) -> None:
         """End the subscription to a topic; what it has brought and is not handed over yet is dropped."""
         resolved = self.resolve_topic_name(topic)
-        del self.received[resolved], self._inbox[resolved]
-        self._overflowed.pop(resolved, None)
+        del self.received[resolved]
+        self._inbox.close(resolved)
         self.topic_changes += 1
         self.destroy_subscription(self._subscribed.pop(resolved))
 
@@ -218,9 +209,7 @@ class HriNode(Node):
             self._variants = compiled_variants()
         start = time.perf_counter()
         self._notice_standstill(start)
-        for _, topic, _, message, handler in self._take_inbox():
-            if topic in self.received:
-                handler(message)
+        self._inbox.hand_over()
         now = self.now_ns()
         self.on_tick(now)
         self._worked_s = time.perf_counter()
@@ -233,14 +222,6 @@ class HriNode(Node):
             self._publish_diagnostics(now)
         elif self._next_diagnostics_ns - now > 2 * NANO:  # the clock went back
             self._next_diagnostics_ns = now
-
-    def _take_inbox(self) -> list[tuple[int, str, int, Any, Handler]]:
-        """What has come since the last tick, in order."""
-        taken = [item for queue in self._inbox.values() for item in queue]
-        for queue in self._inbox.values():
-            queue.clear()
-        taken.sort(key=lambda item: item[:3])
-        return taken
 
     def _notice_standstill(self, now_s: float) -> None:
         """Say so when the timer came much too late: not this node's work but the machine's."""
@@ -303,7 +284,7 @@ class HriNode(Node):
         figures["compiled_late"] = ", ".join(self.compiled_late())
         for topic, count in self.received.items():
             figures[f"received {topic}"] = count
-        for topic, count in self._overflowed.items():
+        for topic, count in self._inbox.dropped.items():
             figures[f"dropped {topic}"] = count
         for topic, publisher in self.publishers_by_topic.items():
             figures[f"sent {topic}"] = publisher.sent
