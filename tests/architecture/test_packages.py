@@ -33,6 +33,7 @@ LAZY_ROS = {
 }
 """Cores that import ROS within a function, and why."""
 ROSDEP_KEYS = {
+    "joblib": "python3-joblib",
     "matplotlib": "python3-matplotlib",
     "mpl_toolkits": "python3-matplotlib",
     "mujoco": "python3-mujoco-pip",
@@ -50,12 +51,13 @@ WITHOUT_KEY = {
     "imageio_ffmpeg": "imageio-ffmpeg",
     "lz4": "lz4",
     "mcap": "mcap",
+    "movement_primitives": "movement-primitives",
     "qtm_rt": "qtm-rt",
     "zstandard": "zstandard",
 }
 """Modules that rosdep does not know; package.xml names them in a comment."""
-EXTRAS = {"qtm_rt": "qualisys.txt"}
-"""Modules that only some nodes need, and the file that locks them instead of runtime.txt."""
+EXTRAS = {"movement_primitives": "dev.txt", "qtm_rt": "qualisys.txt"}
+"""Modules that little needs, and the file that locks them instead of runtime.txt."""
 LONG_FILES = {
     "hri_planner/nodes/ptomp_node.py": (650, "action, supervision and hand-over share one state"),
 }

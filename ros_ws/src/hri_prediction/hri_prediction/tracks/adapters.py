@@ -20,6 +20,10 @@ than the right shoulder). The set has no wrist and no true finger tip:
 * hand tip: ``Index``; where the file has no such column, ``Middle``. (Not both: ``Middle`` is
   hidden 4-17 % of the time, and switching would make the tip jump by 30 mm.)
 * side: from the markers ``Back left`` and ``Back right``; without them, right.
+
+The same runs also exist as an ``.npz`` with ``pos`` (rows, markers, 3) [m], ``marker_names``,
+``rate_hz`` and per run ``subject``, ``run``, ``start``, ``length``, and their hand-made labels
+(:mod:`hri_prediction.tracks.labels`). Time is 0 at the first row of a run.
 """
 
 from __future__ import annotations
@@ -40,6 +44,7 @@ WRIST_BEHIND_HAND_M = 0.03
 
 _ADL_JOINTS = ("shoulder", "elbow", "wrist", "fingertip")
 _ADL_ARRAYS = ("pos", "joint_names", "start", "length", "onset", "subject", "side", "trial")
+_RUN_ARRAYS = ("pos", "marker_names", "rate_hz", "subject", "run", "start", "length")
 ADL_RATE_HZ = 100.0
 """Rate of all trials of the ADL data [Hz]."""
 _ADL_SIDES = {"L": "left", "R": "right"}
@@ -131,6 +136,57 @@ def tracks_from_qtm(text: str, source: str) -> list[ArmTrack]:
             source=source,
         )
     ]
+
+
+def is_run_arrays(arrays: Mapping[str, np.ndarray]) -> bool:
+    """Whether the arrays of an ``.npz`` are laid out like the pick-and-place runs."""
+    return "pos" in arrays and "marker_names" in arrays and "run" in arrays
+
+
+def tracks_from_runs(arrays: Mapping[str, np.ndarray], source: str) -> list[ArmTrack]:
+    """Pick-and-place runs as tracks, with the keypoints of the QTM exports.
+
+    Args:
+        arrays: The arrays of the file.
+        source: Name of the file.
+
+    Raises:
+        DataError: when an array is missing or has an unusable shape or value.
+    """
+    missing = [name for name in _RUN_ARRAYS if name not in arrays]
+    if missing:
+        raise DataError(f"array {missing[0]} is missing", expected=", ".join(_RUN_ARRAYS))
+    names = [str(name) for name in arrays["marker_names"].tolist()]
+    pos = arrays["pos"]
+    if pos.ndim != 3 or pos.shape[1:] != (len(names), 3) or pos.dtype.kind != "f":
+        raise DataError(
+            f"pos is {pos.dtype} {pos.shape}", expected=f"floats (rows, {len(names)}, 3)"
+        )
+    spans = row_spans(arrays, len(pos))
+    for name in ("subject", "run"):
+        if arrays[name].shape != (len(spans),) or arrays[name].dtype.kind not in "iu":
+            raise DataError(
+                f"{name} is {arrays[name].dtype} {arrays[name].shape}",
+                expected=f"integers ({len(spans)},)",
+            )
+    rate = float(arrays["rate_hz"]) if arrays["rate_hz"].ndim == 0 else 0.0
+    if not rate > 0.0:
+        raise DataError(f"rate_hz is {arrays['rate_hz']!r}", expected="one positive number")
+    tracks = []
+    for number, (first, last) in enumerate(spans):
+        points = pos[first:last].astype(float)
+        markers = {name: points[:, column] for column, name in enumerate(names)}
+        tracks.append(
+            ArmTrack(
+                time_s=np.arange(last - first) / rate,
+                keypoints=_qtm_keypoints(markers),
+                side=_qtm_side(markers),
+                subject=f"subject{int(arrays['subject'][number])}",
+                trial=int(arrays["run"][number]),
+                source=source,
+            )
+        )
+    return tracks
 
 
 def _qtm_keypoints(markers: Mapping[str, FloatArray]) -> FloatArray:

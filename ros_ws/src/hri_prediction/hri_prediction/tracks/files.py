@@ -43,7 +43,13 @@ import numpy as np
 
 from hri_prediction.arm.geometry import KEYPOINTS
 from hri_prediction.errors import DataError
-from hri_prediction.tracks.adapters import is_adl_arrays, tracks_from_adl, tracks_from_qtm
+from hri_prediction.tracks.adapters import (
+    is_adl_arrays,
+    is_run_arrays,
+    tracks_from_adl,
+    tracks_from_qtm,
+    tracks_from_runs,
+)
 from hri_prediction.tracks.importers.qtm import is_qtm_text
 from hri_prediction.tracks.tables import parse_number, row_spans
 from hri_prediction.tracks.track import ArmTrack
@@ -53,7 +59,7 @@ CSV_COLUMNS = ("time_s", *(f"{point}_{axis}" for point in KEYPOINTS for axis in 
 _CSV_KEYS = ("side", "subject", "task", "trial", "source")
 _KNOWN = (
     "an .npz of arm tracks, a .csv with the header time_s,shoulder_x,..., the ADL Vicon reach.npz, "
-    "or a QTM .tsv export"
+    "the pick-and-place runs.npz, or a QTM .tsv export"
 )
 _IMPORT = "scripts/import_mocap.py converts C3D, TRC, BVH, Vicon CSV and other QTM exports"
 
@@ -159,6 +165,8 @@ def _load_npz(content: bytes, name: str) -> list[ArmTrack]:
         return _tracks_from_arrays(arrays)
     if is_adl_arrays(arrays):
         return tracks_from_adl(arrays, name)
+    if is_run_arrays(arrays):
+        return tracks_from_runs(arrays, name)
     raise DataError(
         f"an .npz with the arrays {', '.join(arrays) or 'none'} is not known", expected=_KNOWN
     )

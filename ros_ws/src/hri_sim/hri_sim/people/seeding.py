@@ -6,7 +6,7 @@ import zlib
 
 import numpy as np
 
-_REACH, _TRACKING, _TRAINING = 1, 2, 3
+_REACH, _TRACKING, _TRAINING, _POPULATION = 1, 2, 3, 4
 
 
 def _generator(seed: int, stream: int, body_id: str, index: int) -> np.random.Generator:
@@ -26,3 +26,8 @@ def tracking_generator(seed: int, body_id: str) -> np.random.Generator:
 def training_generator(seed: int, body_id: str, reach: int) -> np.random.Generator:
     """The reaches that a predictor learned from: never those of the run itself."""
     return _generator(seed, _TRAINING, body_id, reach)
+
+
+def population_generator(seed: int, body_id: str, index: int) -> np.random.Generator:
+    """One person of a population (index 0), or one of that person's recorded reaches (from 1 on)."""
+    return _generator(seed, _POPULATION, body_id, index)

@@ -1,0 +1,1 @@
+"""How good predictions are: replayed sample by sample, beside simple predictors."""

@@ -1,0 +1,85 @@
+"""The tables of an evaluation as Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from hri_prediction.evaluation.scores import HORIZONS_S
+
+_HEAD = (
+    "predictor",
+    "end point [mm]: median",
+    "mean",
+    "95th pct.",
+    *(f"median at {horizon:g} s [mm]" for horizon in HORIZONS_S),
+    "NLL [nats]",
+    "50 % region",
+    "95 % region",
+    "latency [µs]",
+)
+
+
+def figure(value: float | None, form: str, scale: float = 1.0) -> str:
+    """A number for a table; a dash for none."""
+    return "–" if value is None else format(scale * value, form)
+
+
+def _row(cells: tuple[str, ...] | list[str]) -> str:
+    return "| " + " | ".join(cells) + " |"
+
+
+def predictor_table(predictors: Mapping[str, Mapping[str, Any]]) -> str:
+    """One row a predictor with all figures of one observed share."""
+    lines = [_row(_HEAD), _row(["---"] * len(_HEAD))]
+    for name, found in predictors.items():
+        end, horizons = found["endpoint_error_m"], found["error_at_horizon_m"]
+        cells = [f"`{name}`"]
+        cells += [figure(end[key], ".0f", 1e3) for key in ("median", "mean", "p95")]
+        cells += [figure(horizons[f"{h:g}"]["median"], ".0f", 1e3) for h in HORIZONS_S]
+        cells += [
+            figure(found["nll"], ".2f"),
+            figure(found["coverage50"], ".0f", 100.0) + " %",
+            figure(found["coverage95"], ".0f", 100.0) + " %",
+            figure(found["latency_us"], ".0f"),
+        ]
+        lines.append(_row(cells))
+    return "\n".join(lines) + "\n"
+
+
+def observed_table(by_observed: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> str:
+    """Median end-point error of each predictor over the observed shares."""
+    shares = list(by_observed)
+    head = ["predictor", *(f"{100.0 * float(share):g} %" for share in shares)]
+    lines = [_row(head), _row(["---"] * len(head))]
+    for name in by_observed[shares[0]]:
+        cells = [by_observed[share][name]["endpoint_error_m"]["median"] for share in shares]
+        lines.append(_row([f"`{name}`", *(figure(cell, ".0f", 1e3) for cell in cells)]))
+    return "\n".join(lines) + "\n"
+
+
+def knowledge_list(knows: Mapping[str, str]) -> str:
+    """What each predictor is told."""
+    return "\n".join(f"- `{name}`: {text}." for name, text in knows.items()) + "\n"
+
+
+def evaluation_report(results: Mapping[str, Any]) -> str:
+    """The text beside the plots: what was evaluated, all figures, what was skipped."""
+    share = f"{100.0 * results['observed']:g} %"
+    parts = [
+        f"# Prediction: {results['data']}, {results['protocol']}\n",
+        f"{results['n']} reaches; figures after {share} of each reach, of the wrist. NLL and regions "
+        "over all predicted points until the reach ends. Our predictor had noticed "
+        f"{100.0 * results['noticed'][format(results['observed'], 'g')]:.0f} % of the reaches by then.\n",
+        predictor_table(results["predictors"]),
+        "What each is told:\n",
+        knowledge_list(results["knows"]),
+    ]
+    if len(results["by_observed"]) > 1:
+        parts += [
+            "Median end-point error [mm] by the share of the reach that was seen:\n",
+            observed_table(results["by_observed"]),
+        ]
+    if results["skipped"]:
+        parts.append("Skipped:\n\n" + "\n".join(f"- {line}" for line in results["skipped"]) + "\n")
+    return "\n".join(parts)

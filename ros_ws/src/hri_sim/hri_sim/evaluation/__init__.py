@@ -1,0 +1,1 @@
+"""Evaluation of the predictor on simulated and recorded people: command lines and tables."""
