@@ -70,7 +70,7 @@ def plot_errors(evaluation: Evaluation, path: Path) -> None:
         axis.set_yscale("log")
         axis.grid(alpha=0.3, which="both")
     axes[0, 0].legend(fontsize=6)
-    figure.savefig(path, dpi=110)
+    figure.savefig(path, dpi=90)
 
 
 def plot_calibration(evaluation: Evaluation, path: Path) -> None:
@@ -92,7 +92,7 @@ def plot_calibration(evaluation: Evaluation, path: Path) -> None:
     )
     axis.legend(fontsize=6)
     axis.grid(alpha=0.3)
-    figure.savefig(path, dpi=110)
+    figure.savefig(path, dpi=90)
 
 
 def plot_tubes(
@@ -149,4 +149,4 @@ def plot_tubes(
         "black: measured; blue: predicted at the grey line, ± 2 standard deviations; dotted: end",
         fontsize=8,
     )
-    figure.savefig(path, dpi=110)
+    figure.savefig(path, dpi=90)

@@ -83,3 +83,76 @@ def evaluation_report(results: Mapping[str, Any]) -> str:
     if results["skipped"]:
         parts.append("Skipped:\n\n" + "\n".join(f"- {line}" for line in results["skipped"]) + "\n")
     return "\n".join(parts)
+
+
+def _less(value: float | None, ours: float | None) -> bool:
+    return value is not None and ours is not None and value < ours
+
+
+def winners(results: Mapping[str, Any], ours: str) -> list[str]:
+    """Where another predictor does better than ours: one line each that does.
+
+    Compared are the median end-point errors after each observed share, and at the first of them that is
+    shown in full the median errors ahead and the mean negative log-likelihood.
+    """
+    lines = []
+    first = results["predictors"]
+    for name in first:
+        if name == ours:
+            continue
+        shares = [
+            f"{100.0 * float(share):g} %"
+            for share, found in results["by_observed"].items()
+            if _less(
+                found[name]["endpoint_error_m"]["median"], found[ours]["endpoint_error_m"]["median"]
+            )
+        ]
+        ahead = [
+            f"{float(horizon):g} s"
+            for horizon, found in first[name]["error_at_horizon_m"].items()
+            if _less(found["median"], first[ours]["error_at_horizon_m"][horizon]["median"])
+        ]
+        better = []
+        if shares:
+            better.append("smaller median end-point error after " + ", ".join(shares))
+        if ahead:
+            better.append("smaller median error " + ", ".join(ahead) + " ahead")
+        if _less(first[name]["nll"], first[ours]["nll"]):
+            better.append("smaller negative log-likelihood")
+        if better:
+            lines.append(f"`{name}`: {'; '.join(better)}")
+    return lines
+
+
+BOUNDARY_HEAD = (
+    _row(
+        [
+            "recordings",
+            "labels",
+            "found",
+            "boundary error, median [ms]",
+            "95th pct. [ms]",
+            "onsets late by [ms]",
+            "ends late by [ms]",
+            "extra",
+        ]
+    )
+    + "\n"
+    + _row(["---"] * 8)
+)
+
+
+def boundary_row(name: str, found: Mapping[str, Any]) -> str:
+    """A line of the segmentation table, from :meth:`.BoundaryErrors.figures`."""
+    return _row(
+        [
+            name,
+            str(found["labels"]),
+            figure(found["matched_share"], ".0f", 100.0) + " %",
+            *(
+                figure(found[key], ".0f")
+                for key in ("median_ms", "p95_ms", "onset_bias_ms", "end_bias_ms")
+            ),
+            str(found["extra"]),
+        ]
+    )
