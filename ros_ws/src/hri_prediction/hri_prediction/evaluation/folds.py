@@ -162,7 +162,7 @@ def evaluate_fold(recordings: Sequence[Recording], fold: Fold, settings: Setting
 
     Returns:
         ``<predictor>/<observed>/<field>`` to the `FIELDS` over the reaches; ``reach`` (n, 2): numbers
-        of the recording and of its reach; ``detected/<observed>`` (n,): whether our predictor had
+        of the recording and of its reach; ``noticed/<observed>`` (n,): whether our predictor had
         noticed the reach by then; ``tube_now/<observed>`` (n,), ``tube_mean/<observed>`` and
         ``tube_sd/<observed>`` (n, K, 3): what it predicted.
     """
@@ -185,6 +185,44 @@ def cut_times(reaches: Sequence[Reach], observed: Sequence[float]) -> list[float
     return [reach.onset_s + share * reach.duration_s for reach in reaches for share in observed]
 
 
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """A reach at the time from which the rest of it is predicted.
+
+    Args:
+        recording: Recording.
+        reach: One of its reaches.
+        ours: What our predictor says.
+        plain: What it says without a library.
+    """
+
+    recording: Recording
+    reach: Reach
+    ours: Cut
+    plain: Cut
+
+    def forecaster(self, name: str, learnt: Learnt) -> Callable[[Array], Forecast]:
+        """The forecast of one predictor, for times on the clock of the track.
+
+        While a reach has not been noticed, those that are told nothing hold like ours.
+        """
+        if name == OURS:
+            return self.ours.forecast
+        told = name.endswith((TOLD_DURATION, TOLD_TASK))
+        onset = self.reach.onset_s if told else self.ours.onset_s
+        track = self.recording.track
+        begun = self.ours.now_s > float(track.time_s[0])
+        if name == CONSTANT_VELOCITY or onset is None or not begun:
+            return self.plain.forecast
+        seen = Observation(
+            track.slice(float(track.time_s[0]), self.ours.now_s),
+            onset,
+            self.reach.duration_s if told else None,
+        )
+        baseline = learnt.baseline(name, track.side, track.task)
+        return lambda times: baseline.forecast(seen, times)
+
+
 def _evaluate_recording(
     recording: Recording, number: int, learnt: Learnt
 ) -> dict[str, list[Array]]:
@@ -192,52 +230,34 @@ def _evaluate_recording(
     times = cut_times(recording.reaches, settings.observed)
     ours, our_spans = replay(learnt.ours, track, times)
     plain, plain_spans = replay(learnt.constant_velocity, track, times)
-    rows: dict[str, list[Array]] = {"reach": []}
+    replayed = {OURS: our_spans, CONSTANT_VELOCITY: plain_spans}
+    rows: dict[str, list[Array]] = {}
+
+    def note(name: str, value: Array) -> None:
+        rows.setdefault(name, []).append(value)
+
+    count = len(settings.observed)
     for i, reach in enumerate(recording.reaches):
-        rows["reach"].append(np.array([number, i]))
-        for j, share in enumerate(settings.observed):
-            at = i * len(settings.observed) + j
-            judge = _Judge(recording, reach, ours[at].now_s, settings.config)
-            rows.setdefault(f"detected/{share:g}", []).append(
-                np.array(ours[at].onset_s is not None, dtype=float)
-            )
-            tube = ours[at].forecast(ours[at].now_s + judge.steps)
-            sd = np.sqrt(np.diagonal(tube.covariance, axis1=1, axis2=2))
-            for name, value in (("now", np.array(ours[at].now_s)), ("mean", tube.mean), ("sd", sd)):
-                rows.setdefault(f"tube_{name}/{share:g}", []).append(value)
+        note("reach", np.array([number, i]))
+        own = slice(i * count, (i + 1) * count)
+        for share, our_cut, plain_cut in zip(settings.observed, ours[own], plain[own], strict=True):
+            moment = Moment(recording, reach, our_cut, plain_cut)
+            judge = _Judge(recording, reach, our_cut.now_s, settings.config)
+            tube = our_cut.forecast(our_cut.now_s + judge.steps)
+            note(f"noticed/{share:g}", np.array(float(our_cut.onset_s is not None)))
+            note(f"tube_now/{share:g}", np.array(our_cut.now_s))
+            note(f"tube_mean/{share:g}", tube.mean)
+            note(f"tube_sd/{share:g}", np.sqrt(np.diagonal(tube.covariance, axis1=1, axis2=2)))
             for name in settings.predictors:
-                spans = np.zeros(0)
-                if name in (OURS, CONSTANT_VELOCITY):
-                    cut = ours[at] if name == OURS else plain[at]
-                    found = judge.judge(cut.forecast)
-                    if i == 0:
-                        spans = our_spans if name == OURS else plain_spans
-                else:
-                    seen = _observation(recording, reach, ours[at], name)
-                    if (
-                        seen is None
-                    ):  # the reach has not been noticed: all but ours know nothing better
-                        found = judge.judge(plain[at].forecast)
-                    else:
-                        baseline = learnt.baseline(name, track.side, track.task)
-                        found = judge.judge(
-                            lambda t, b=baseline, s=seen: b.forecast(s, t)  # type: ignore[misc]
-                        )
-                        spans = np.array([judge.seconds])
-                found["latency"] = spans
+                found, seconds = judge.judge(moment.forecaster(name, learnt))
+                # Ours are timed sample by sample, once for all reaches of the recording.
+                spans = np.array([seconds])
+                found["latency"] = (
+                    (replayed[name] if i == 0 else spans[:0]) if name in replayed else spans
+                )
                 for field in FIELDS:
-                    rows.setdefault(f"{name}/{share:g}/{field}", []).append(found[field])
+                    note(f"{name}/{share:g}/{field}", found[field])
     return rows
-
-
-def _observation(recording: Recording, reach: Reach, cut: Cut, name: str) -> Observation | None:
-    """What a simple predictor gets to see and is told; none when no reach has been noticed."""
-    told = name.endswith((TOLD_DURATION, TOLD_TASK))
-    onset = reach.onset_s if told else cut.onset_s
-    if onset is None:
-        return None
-    track = recording.track.slice(float(recording.track.time_s[0]), cut.now_s)
-    return Observation(track, onset, reach.duration_s if told else None)
 
 
 class _Judge:
@@ -258,14 +278,13 @@ class _Judge:
         self._count = count
         self._truth = truth_at(recording.track, self._times)
         self._truth[self._times > reach.end_s + 1e-6] = np.nan
-        self.seconds = 0.0
 
-    def judge(self, forecast: Callable[[Array], Forecast]) -> Arrays:
-        """Score a forecast for the rest of the reach."""
+    def judge(self, forecast: Callable[[Array], Forecast]) -> tuple[Arrays, float]:
+        """Score a forecast for the rest of the reach; also how long it took [s]."""
         begin = time.perf_counter()
         whole = forecast(self._times)
-        self.seconds = time.perf_counter() - begin
+        seconds = time.perf_counter() - begin
         parts = (slice(0, self._count), slice(self._count, -1), slice(-1, None))
         ahead, horizons, end = (Forecast(whole.mean[p], whole.covariance[p]) for p in parts)
         truth, later, last = (self._truth[p] for p in parts)
-        return score(end, last, ahead, truth, horizons, later)
+        return score(end, last, ahead, truth, horizons, later), seconds

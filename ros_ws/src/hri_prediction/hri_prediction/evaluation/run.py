@@ -100,7 +100,7 @@ class Evaluation:
             "predictors": by_observed[f"{self.headline:g}"],
             "by_observed": by_observed,
             "noticed": {
-                f"{share:g}": float(self.cells[f"detected/{share:g}"].mean())
+                f"{share:g}": float(self.cells[f"noticed/{share:g}"].mean())
                 for share in self.settings.observed
             },
             "knows": {name: KNOWS[name] for name in self.settings.predictors},
