@@ -59,7 +59,8 @@ def test_before_anything_moves_the_minimum_jerk_fit_is_its_prior(known):
     said = MinimumJerk(known).forecast(seen, np.array([10.0]))
     ends = np.array([e.values[-1, 3:] for e in known])
     np.testing.assert_allclose(said.mean[0], seen.shoulder + ends.mean(axis=0), atol=1e-6)
-    np.testing.assert_allclose(said.covariance[0], np.cov(ends.T) + 8e-6 * np.eye(3), atol=1e-6)
+    expected = np.cov(ends.T) * (1.0 + 1.0 / 40.0) + 8e-6 * np.eye(3)
+    np.testing.assert_allclose(said.covariance[0], expected, atol=1e-6)
 
 
 def test_mean_trajectory_does_not_look(known):
@@ -72,7 +73,8 @@ def test_mean_trajectory_does_not_look(known):
     values = np.stack([e.values[:, 3:] for e in known])
     np.testing.assert_allclose(one.mean[1] - early.shoulder, values[:, 15].mean(axis=0), atol=1e-12)
     np.testing.assert_allclose(one.mean[2], one.mean[3])
-    np.testing.assert_allclose(one.covariance[2], np.cov(values[:, -1].T) + 4e-6 * np.eye(3))
+    expected = np.cov(values[:, -1].T) * (1.0 + 1.0 / 40.0) + 4e-6 * np.eye(3)
+    np.testing.assert_allclose(one.covariance[2], expected)
 
 
 def test_plain_promp_uses_what_it_sees(known):

@@ -53,10 +53,13 @@ def _wrists(known: Sequence[Example]) -> Array:
 
 
 def _scatter(points: Array) -> Array:
-    """Covariance (..., 3, 3) over the first axis of (N, ..., 3), with the floor of `NOISE_SD`."""
+    """Covariance (..., 3, 3) of the next one after (N, ..., 3), with the floor of `NOISE_SD`."""
+    count = len(points)
     centred = points - points.mean(axis=0)
     total = np.einsum("n...i,n...j->...ij", centred, centred)
-    spread: Array = total / max(len(points) - 1, 1) + NOISE_SD**2 * np.eye(3)
+    # The mean of so few is not known exactly either.
+    share = (1.0 + 1.0 / count) / max(count - 1, 1)
+    spread: Array = share * total + NOISE_SD**2 * np.eye(3)
     return spread
 
 
