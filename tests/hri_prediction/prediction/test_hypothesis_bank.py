@@ -46,12 +46,13 @@ def test_single_hypothesis_is_plain_conditioning(library, config):
     expected = task.promp.condition(phases, values, noise=bank.prior.noises[0])
     np.testing.assert_allclose(bank.means[0], expected.mean, atol=1e-8)
     np.testing.assert_allclose(bank.covariances[0], expected.covariance, atol=1e-9)
-    mean, blocks = np.empty(6), np.empty((2, 3, 3))
-    position_moments(bank.means[0], bank.covariances[0], expected.basis.values(0.7), mean, blocks)
-    np.testing.assert_allclose(mean, expected.trajectory_mean([0.7])[0], atol=1e-5)
+    mean, blocks, half = np.empty(6), np.empty((2, 3, 3)), np.empty(24)
+    row = expected.basis.values(0.7)
+    position_moments(bank.means[0], bank.covariances[0], row, half, mean, blocks)
+    np.testing.assert_allclose(mean, expected.trajectory_mean([0.7])[0], atol=1e-9)
     full = expected.trajectory_covariance([0.7])[0]
-    np.testing.assert_allclose(blocks[0], full[:3, :3], atol=1e-7)
-    np.testing.assert_allclose(blocks[1], full[3:, 3:], atol=1e-7)
+    np.testing.assert_allclose(blocks[0], full[:3, :3], atol=1e-9)
+    np.testing.assert_allclose(blocks[1], full[3:, 3:], atol=1e-9)
 
 
 @pytest.mark.parametrize("index", [0, 1])
@@ -77,11 +78,12 @@ def test_mixture_moments_are_those_of_its_parts(library, config):
     weights /= weights.sum()
     mean, covariance = bank.moments(0.1, 0.3, 3)
     basis, blocks, first = bank.prior.basis, np.empty((2, 3, 3)), np.empty(6)
+    half = np.empty(3 * basis.count)
     for k, t in enumerate((0.1, 0.4, 0.7)):
         total, second = np.zeros(6), np.zeros((2, 3, 3))
         for h, weight in enumerate(weights):
             row = basis.values(min(1.0, t / bank.prior.durations[h]))
-            position_moments(bank.means[h], bank.covariances[h], row, first, blocks)
+            position_moments(bank.means[h], bank.covariances[h], row, half, first, blocks)
             total += weight * first
             points = first.reshape(2, 3)
             second += weight * (blocks + np.einsum("bi,bj->bij", points, points))

@@ -12,7 +12,7 @@ from hri_prediction.promp import (
     WeightPrior,
     learn,
 )
-from hri_prediction.promp.learning import fit_weights
+from hri_prediction.promp.regression import fit_weights
 
 PHASES = np.linspace(0.0, 1.0, 31)
 

@@ -20,9 +20,10 @@ from hri_prediction.compiled import njit
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.library import DIMS, TaskModel
 from hri_prediction.promp.basis import PhaseBasis, basis_row
-from hri_prediction.promp.filtering import kalman_step
-from hri_prediction.promp.learning import fit_weights, smooth_covariance
+from hri_prediction.promp.filtering import kalman_step, support
+from hri_prediction.promp.learning import smooth_covariance
 from hri_prediction.promp.model import ProMP
+from hri_prediction.promp.regression import fit_weights
 
 Array = NDArray[np.float64]
 UNKNOWN = "unknown"
@@ -46,7 +47,7 @@ def update_bank(
     evidence_weight: float,
     switching: float,
     gain: Array,
-    row: Array,
+    rows: Array,
 ) -> int:
     """Condition all hypotheses on one observation, in place; weights stay normalised.
 
@@ -58,8 +59,8 @@ def update_bank(
     largest = -1e300
     for h in range(count):
         phase = min(1.0, max(0.0, elapsed * inverse_durations[h]))
-        basis_row(phase, centres, variance, row)
-        density = kalman_step(means[h], covariances[h], row, value, seen, noises[h], gain)
+        basis_row(phase, centres, variance, rows[0])
+        density = kalman_step(means[h], covariances[h], rows, value, seen, noises[h], gain)
         if math.isnan(density):
             failed += 1
             density = -1e3
@@ -78,32 +79,35 @@ def update_bank(
 
 @njit
 def position_moments(
-    mean: Array, covariance: Array, row: Array, out_mean: Array, out_cov: Array
+    mean: Array, covariance: Array, row: Array, half: Array, out_mean: Array, out_cov: Array
 ) -> None:
-    """Mean (6,) and the two diagonal 3 x 3 blocks (2, 3, 3) of one hypothesis at one phase."""
+    """Mean (6,) and the two diagonal 3 x 3 blocks (2, 3, 3) of one hypothesis at one phase.
+
+    ``half`` is scratch of 3 W numbers.
+    """
     width = row.shape[0]
-    first = 0
-    while first < width - 1 and row[first] < 1e-7:
-        first += 1
-    last = width
-    while last > first + 1 and row[last - 1] < 1e-7:
-        last -= 1
+    first, last = support(row, 1e-12)
     for d in range(6):
         total = 0.0
         for w in range(first, last):
             total += row[w] * mean[d * width + w]
         out_mean[d] = total
     for block in range(2):
+        start = 3 * block * width
         for i in range(3):
-            base_i = (3 * block + i) * width
+            # Along whole rows, so that the inner loop is contiguous; up to the diagonal block.
+            stop = (i + 1) * width
+            for j in range(stop):
+                half[j] = 0.0
+            for w in range(first, last):
+                factor = row[w]
+                source = covariance[start + i * width + w, start : start + stop]
+                for j in range(stop):
+                    half[j] += factor * source[j]
             for j in range(i + 1):
-                base_j = (3 * block + j) * width
                 total = 0.0
                 for w in range(first, last):
-                    part = 0.0
-                    for v in range(first, last):
-                        part += row[v] * covariance[base_i + w, base_j + v]
-                    total += row[w] * part
+                    total += row[w] * half[j * width + w]
                 out_cov[block, i, j] = total
                 out_cov[block, j, i] = total
 
@@ -128,6 +132,7 @@ def mix_bank(
     """
     points = out_mean.shape[0]
     row = np.empty(centres.shape[0])
+    half = np.empty(3 * centres.shape[0])
     mean = np.empty(6)
     cov = np.empty((2, 3, 3))
     out_mean[:] = 0.0
@@ -141,7 +146,7 @@ def mix_bank(
                 phase = (elapsed + k * step) * inverse_durations[h]
                 ended = phase >= 1.0  # from here on it rests at its end point
                 basis_row(min(1.0, max(0.0, phase)), centres, variance, row)
-                position_moments(means[h], covariances[h], row, mean, cov)
+                position_moments(means[h], covariances[h], row, half, mean, cov)
             for d in range(6):
                 out_mean[k, d] += weights[h] * mean[d]
             for b in range(2):
@@ -250,7 +255,7 @@ class HypothesisBank:
         self._inverse_durations = 1.0 / prior.durations
         self._centres = prior.basis.centres
         self._gain = np.zeros((DIMS, prior.means.shape[1]))
-        self._row = np.zeros(prior.basis.count)
+        self._rows = np.zeros((1, prior.basis.count))
 
     def restart(self) -> None:
         """Return to the prior: a new reach begins."""
@@ -285,7 +290,7 @@ class HypothesisBank:
                 self.config.evidence_weight,
                 self.config.switching,
                 self._gain,
-                self._row,
+                self._rows,
             )
         )
 

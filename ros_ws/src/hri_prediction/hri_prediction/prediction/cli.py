@@ -16,9 +16,10 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from hri_prediction.config import load_yaml
-from hri_prediction.errors import ConfigError, HriError
+from hri_prediction.errors import HriError
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.training import TASK_FIELDS, TrainingResult, train_from_files
+from hri_prediction.results.folder import check_folder
 from hri_prediction.results.origin import origin_line, results_origin
 
 _SMOKE_TRACKS = 5
@@ -90,23 +91,6 @@ def plot_library(result: TrainingResult, path: Path, rng: np.random.Generator) -
     figure.savefig(path, dpi=110)
 
 
-def check_out(out: Path, overwrite: bool) -> None:
-    """Whether results may go into a folder; asked before the training, which takes its time.
-
-    Raises:
-        ConfigError: it is no folder, or holds results that are not to be replaced.
-    """
-    if out.suffix == ".npz" or out.is_file():
-        raise ConfigError(
-            f"--out {out} is a file", expected="a folder; library.npz and a report go into it"
-        )
-    there = [name for name in _OUTPUTS if (out / name).exists()]
-    if there and not overwrite:
-        raise ConfigError(
-            f"{out} already holds {', '.join(there)}", hint="name another folder or add --overwrite"
-        )
-
-
 def write_results(result: TrainingResult, out: Path, seed: int, origin: dict[str, Any]) -> None:
     """Write library.npz, results.json, results.md and wrist.png into ``out``."""
     out.mkdir(parents=True, exist_ok=True)
@@ -170,7 +154,7 @@ def train_promp(
     """Learn a library of reaching tasks (one ProMP a task and side) from recordings."""
     console = Console()
     try:
-        check_out(out, overwrite)
+        check_folder(out, _OUTPUTS, overwrite)
         settings = load_yaml(PredictorConfig, config) if config else PredictorConfig()
         settings = dataclasses.replace(settings, min_demonstrations=min_demonstrations)
         origin = results_origin()

@@ -18,8 +18,10 @@ from numpy.typing import NDArray
 
 from hri_prediction.errors import DataError
 from hri_prediction.prediction.config import PredictorConfig
-from hri_prediction.promp.learning import Demonstration, learn
-from hri_prediction.promp.model import ProMP, read_npz, write_npz
+from hri_prediction.promp.learning import learn
+from hri_prediction.promp.model import ProMP
+from hri_prediction.promp.regression import Demonstration
+from hri_prediction.promp.storage import read_npz, write_npz
 from hri_prediction.tracks.track import ArmTrack
 
 Array = NDArray[np.float64]

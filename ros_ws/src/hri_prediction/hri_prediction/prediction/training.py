@@ -13,7 +13,7 @@ from scipy.cluster.hierarchy import fcluster, linkage
 from hri_prediction.errors import DataError
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.library import TaskLibrary, demonstration, learn_task
-from hri_prediction.promp.learning import Demonstration
+from hri_prediction.promp.regression import Demonstration
 from hri_prediction.tracks.files import load_tracks
 from hri_prediction.tracks.placement import Placement
 from hri_prediction.tracks.seating import suggest_placement

@@ -46,7 +46,7 @@ class PhaseBasis:
     @property
     def centres(self) -> Array:
         """Phases of the peaks before normalisation, (W,)."""
-        return np.linspace(0.0, 1.0, self.count)
+        return np.arange(self.count) / (self.count - 1.0)
 
     @property
     def variance(self) -> float:
@@ -55,34 +55,79 @@ class PhaseBasis:
 
     def values(self, phases: ArrayLike) -> Array:
         """Activations at ``phases`` (...,): (..., W), rows sum to one."""
-        offset = np.asarray(phases, dtype=float)[..., None] - self.centres
-        exponent = -(offset**2) / (2.0 * self.variance)
-        activation = np.exp(exponent - exponent.max(axis=-1, keepdims=True))
-        normalised: Array = activation / activation.sum(axis=-1, keepdims=True)
-        return normalised
+        values, _ = self._evaluate(phases, slopes=False)
+        return values
 
     def derivatives(self, phases: ArrayLike) -> Array:
         """Derivatives with respect to the phase at ``phases`` (...,): (..., W), rows sum to zero.
 
         A time derivative is this divided by the duration of the movement.
         """
-        value = self.values(phases)
-        slope = (self.centres - np.asarray(phases, dtype=float)[..., None]) / self.variance
-        derivative: Array = value * (slope - np.sum(value * slope, axis=-1, keepdims=True))
-        return derivative
+        _, slopes = self._evaluate(phases, slopes=True)
+        return slopes
+
+    def _evaluate(self, phases: ArrayLike, slopes: bool) -> tuple[Array, Array]:
+        places = np.array(phases, dtype=float)  # a copy: read-only arrays are another type
+        shape = (places.size, self.count)
+        values, derivatives = np.empty(shape), np.empty(shape if slopes else (0, self.count))
+        basis_table(places.ravel(), self.centres, self.variance, values, derivatives)
+        shape = (*places.shape, self.count)
+        return values.reshape(shape), derivatives.reshape(shape) if slopes else derivatives
 
 
 @njit
 def basis_row(phase: float, centres: Array, variance: float, out: Array) -> None:
-    """Write the activations at one phase into ``out`` (W,): compiled `PhaseBasis.values`."""
+    """Write the activations at one phase into ``out`` (W,): compiled `PhaseBasis.values`.
+
+    The centres are evenly spread, so from one function to the next the ratio of activations changes by
+    a constant factor: three exponentials, whatever W is. Going outwards from the largest, nothing
+    overflows and errors stay below those of rounding.
+    """
     count = centres.shape[0]
-    largest = -1e300
-    for i in range(count):
-        out[i] = -((phase - centres[i]) ** 2) / (2.0 * variance)
-        largest = max(largest, out[i])
-    total = 0.0
-    for i in range(count):
-        out[i] = math.exp(out[i] - largest)
-        total += out[i]
+    gap = (centres[count - 1] - centres[0]) / (count - 1)
+    place = (phase - centres[0]) / gap + 0.5
+    peak = 0  # also where the phase is no number
+    if place >= count - 1.0:
+        peak = count - 1
+    elif place > 0.0:
+        peak = int(place)
+    offset = phase - centres[peak]
+    factor = math.exp(-gap * gap / variance)
+    out[peak] = 1.0
+    total = 1.0
+    value, ratio = 1.0, math.exp(gap * (offset - 0.5 * gap) / variance)
+    for i in range(peak + 1, count):
+        value *= ratio
+        ratio *= factor
+        out[i] = value
+        total += value
+    value, ratio = 1.0, math.exp(-gap * (offset + 0.5 * gap) / variance)
+    for k in range(peak):
+        value *= ratio
+        ratio *= factor
+        out[peak - 1 - k] = value
+        total += value
     for i in range(count):
         out[i] /= total
+
+
+@njit
+def slope_row(phase: float, centres: Array, variance: float, values: Array, out: Array) -> None:
+    """Write the derivatives by phase into ``out`` (W,), given the activations ``values`` (W,)."""
+    mean = 0.0
+    for i in range(centres.shape[0]):
+        out[i] = (centres[i] - phase) / variance
+        mean += values[i] * out[i]
+    for i in range(centres.shape[0]):
+        out[i] = values[i] * (out[i] - mean)
+
+
+@njit
+def basis_table(
+    phases: Array, centres: Array, variance: float, values: Array, slopes: Array
+) -> None:
+    """Activations (T, W) at ``phases`` (T,), and derivatives by phase unless ``slopes`` is (0, W)."""
+    for t in range(phases.shape[0]):
+        basis_row(phases[t], centres, variance, values[t])
+        if slopes.shape[0] > 0:
+            slope_row(phases[t], centres, variance, values[t], slopes[t])

@@ -1,7 +1,7 @@
 r"""One observation at a time: a Kalman step in weight space, compiled.
 
-The observation matrix has one block of W basis values a dimension, so :math:`P H^\top` costs
-:math:`n D W` instead of :math:`n^2 D`. With :math:`S = L L^\top` and
+The observation matrix has one block of W basis values an entry, so :math:`P H^\top` costs
+:math:`n W` an entry instead of :math:`n^2`. With :math:`S = L L^\top` and
 :math:`V = P H^\top L^{-\top}` the update is :math:`P - V V^\top`: written to both triangles at
 once it stays exactly symmetric, and no inverse is formed.
 """
@@ -16,63 +16,114 @@ from numpy.typing import ArrayLike, NDArray
 
 from hri_prediction.compiled import njit
 from hri_prediction.errors import DataError
-from hri_prediction.promp.basis import basis_row
+from hri_prediction.promp.basis import basis_row, slope_row
 from hri_prediction.promp.model import ProMP
+from hri_prediction.promp.observation import check_duration, observation_noise
 
 Array = NDArray[np.float64]
 LOG_2PI = math.log(2.0 * math.pi)
+NEGLIGIBLE = 1e-18
+"""Basis values below this are left out of sums that others of order one dominate: rounding."""
+
+
+@njit
+def support(row: Array, threshold: float) -> tuple[int, int]:
+    """First index, and the one after the last, of what exceeds ``threshold`` x the largest size."""
+    largest = 0.0
+    for w in range(row.shape[0]):
+        largest = max(largest, abs(row[w]))
+    first, last = 0, row.shape[0]
+    while first < last - 1 and abs(row[first]) < threshold * largest:
+        first += 1
+    while last > first + 1 and abs(row[last - 1]) < threshold * largest:
+        last -= 1
+    return first, last
+
+
+@njit
+def subtract_squares(covariance: Array, gain: Array, count: int) -> None:
+    """``covariance -= gain[:count].T @ gain[:count]``, exactly symmetric.
+
+    Whole rows keep the inner loops contiguous (vectorised), three rows of the gain at a time save
+    passes over the covariance; the products commute exactly, and both triangles add them up in the
+    same order, so they receive identical numbers.
+    """
+    size = covariance.shape[0]
+    whole = count - count % 3
+    for i in range(size):
+        target = covariance[i]
+        for a in range(0, whole, 3):
+            one, two, three = gain[a], gain[a + 1], gain[a + 2]
+            x, y, z = one[i], two[i], three[i]
+            for j in range(size):
+                target[j] -= x * one[j] + y * two[j] + z * three[j]
+        for a in range(whole, count):
+            one = gain[a]
+            x = one[i]
+            for j in range(size):
+                target[j] -= x * one[j]
 
 
 @njit
 def kalman_step(
-    mean: Array, covariance: Array, row: Array, value: Array, seen: Array, noise: Array, gain: Array
+    mean: Array,
+    covariance: Array,
+    rows: Array,
+    value: Array,
+    seen: Array,
+    noise: Array,
+    gain: Array,
 ) -> float:
     """Condition weights on one observation, in place.
 
     Args:
         mean: (D * W,) weights, overwritten.
         covariance: (D * W, D * W), overwritten.
-        row: (W,) basis values at the observation's phase.
-        value: (D,) observation; entries that are not seen are ignored.
-        seen: (D,) bool.
-        noise: (D, D) observation covariance.
-        gain: (D, D * W) scratch.
+        rows: (O, W) basis values at the observation's phase: of positions, or of positions and
+            velocities.
+        value: (O * D,) observation; entries that are not seen are ignored.
+        seen: (O * D,) bool.
+        noise: (O * D, O * D) observation covariance.
+        gain: (O * D, D * W) scratch, or larger.
 
     Returns:
         Log density of the seen entries before the update; NaN (state untouched) if the
         innovation covariance is not positive definite.
     """
-    width = row.shape[0]
-    dims = value.shape[0]
+    width = rows.shape[1]
     size = mean.shape[0]
-    index = np.empty(dims, np.int64)
+    dims = size // width
+    entries = rows.shape[0] * dims
+    index = np.empty(entries, np.int64)
     count = 0
-    for d in range(dims):
-        if seen[d]:
-            index[count] = d
+    for e in range(entries):
+        if seen[e]:
+            index[count] = e
             count += 1
-    # gain rows: H P, one a seen dimension
-    for a in range(count):
-        base = index[a] * width
-        for j in range(size):
-            gain[a, j] = 0.0
-        for w in range(width):
-            factor = row[w]
-            for j in range(size):
-                gain[a, j] += factor * covariance[base + w, j]
+    limits = np.empty((rows.shape[0], 2), np.int64)
+    for o in range(rows.shape[0]):
+        limits[o, 0], limits[o, 1] = support(rows[o], NEGLIGIBLE)
+    # gain rows: H P, one a seen entry
     lower = np.empty((count, count))
     error = np.empty(count)
     for a in range(count):
-        base = index[a] * width
+        order, base = index[a] // dims, (index[a] % dims) * width
+        target = gain[a]
         predicted = 0.0
-        for w in range(width):
-            predicted += row[w] * mean[base + w]
+        for j in range(size):
+            target[j] = 0.0
+        for w in range(limits[order, 0], limits[order, 1]):
+            factor = rows[order, w]
+            source = covariance[base + w]
+            predicted += factor * mean[base + w]
+            for j in range(size):
+                target[j] += factor * source[j]
         error[a] = value[index[a]] - predicted
         for b in range(a + 1):
-            base_b = index[b] * width
+            order_b, base_b = index[b] // dims, (index[b] % dims) * width
             total = noise[index[a], index[b]]
-            for w in range(width):
-                total += row[w] * gain[a, base_b + w]
+            for w in range(limits[order_b, 0], limits[order_b, 1]):
+                total += rows[order_b, w] * target[base_b + w]
             lower[a, b] = total
     # Cholesky of S, then L^-1 applied to the innovation and to H P
     log_density = -0.5 * count * LOG_2PI
@@ -88,26 +139,23 @@ def kalman_step(
             else:
                 lower[a, b] = total / lower[b, b]
     for a in range(count):
+        target = gain[a]
         for b in range(a):
             factor = lower[a, b]
+            source = gain[b]
             error[a] -= factor * error[b]
             for j in range(size):
-                gain[a, j] -= factor * gain[b, j]
+                target[j] -= factor * source[j]
         scale = 1.0 / lower[a, a]
         error[a] *= scale
         for j in range(size):
-            gain[a, j] *= scale
+            target[j] *= scale
         log_density -= 0.5 * error[a] * error[a] + math.log(lower[a, a])
     for a in range(count):
+        source = gain[a]
         for j in range(size):
-            mean[j] += gain[a, j] * error[a]
-    # Whole rows keep the inner loop contiguous (vectorised); the products commute exactly, so
-    # both triangles receive identical numbers.
-    for i in range(size):
-        for a in range(count):
-            factor = gain[a, i]
-            for j in range(size):
-                covariance[i, j] -= factor * gain[a, j]
+            mean[j] += source[j] * error[a]
+    subtract_squares(covariance, gain, count)
     return log_density
 
 
@@ -122,13 +170,29 @@ class WeightFilter:
         self._prior = prior
         self._mean = prior.mean.copy()
         self._covariance = prior.covariance.copy()
-        self._gain = np.zeros((prior.dims, prior.mean.size))
-        self._row = np.zeros(prior.basis.count)
+        self._gain = np.zeros((2 * prior.dims, prior.mean.size))
+        self._rows = np.zeros((2, prior.basis.count))
         self._centres = prior.basis.centres
         self._variance = prior.basis.variance
 
-    def observe(self, phase: float, value: ArrayLike, noise: ArrayLike | None = None) -> float:
-        """Condition on one observation (D,), NaN where not seen.
+    def observe(
+        self,
+        phase: float,
+        value: ArrayLike,
+        noise: ArrayLike | None = None,
+        *,
+        duration: float | None = None,
+    ) -> float:
+        """Condition on one observation (E,), NaN where not seen.
+
+        E is the number D of dimensions; with ``duration`` the observation stacks the D positions and
+        the D velocities by time of a movement of so many seconds, and E = 2 D.
+
+        Args:
+            phase: Phase of the observation.
+            value: (E,) observation.
+            noise: (E, E) covariance; default: the model's own, for positions alone.
+            duration: Duration of the movement in seconds, for observations with velocities.
 
         Returns:
             Log density of what was seen, given everything before.
@@ -136,17 +200,25 @@ class WeightFilter:
         Raises:
             DataError: on a wrong shape or noise that is not positive definite.
         """
-        observed = np.asarray(value, dtype=float)
-        if observed.shape != (self._prior.dims,):
-            raise DataError(f"value {observed.shape}", expected=f"shape ({self._prior.dims},)")
-        # A copy: read-only arrays would make the compiler build a second version.
-        covariance = np.array(self._prior.noise if noise is None else noise, dtype=float)
-        basis_row(float(phase), self._centres, self._variance, self._row)
+        # Copies: read-only arrays would make the compiler build a second version.
+        covariance = np.array(observation_noise(self._prior.noise, noise, duration), dtype=float)
+        observed = np.array(value, dtype=float)
+        orders = 1 if duration is None else 2
+        entries = orders * self._prior.dims
+        if observed.shape != (entries,) or covariance.shape != (entries, entries):
+            raise DataError(
+                f"value {observed.shape}, noise {covariance.shape}",
+                expected=f"shapes ({entries},) and ({entries}, {entries})",
+            )
+        basis_row(float(phase), self._centres, self._variance, self._rows[0])
+        if duration is not None:
+            slope_row(float(phase), self._centres, self._variance, self._rows[0], self._rows[1])
+            self._rows[1] /= check_duration(duration)
         log_density = float(
             kalman_step(
                 self._mean,
                 self._covariance,
-                self._row,
+                self._rows[:orders],
                 observed,
                 np.isfinite(observed),
                 covariance,

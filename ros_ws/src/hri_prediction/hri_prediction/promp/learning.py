@@ -19,13 +19,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg as sla
 from numpy.typing import NDArray
 
 from hri_prediction.config import parameter, validate
 from hri_prediction.errors import DataError
 from hri_prediction.promp.basis import PhaseBasis
-from hri_prediction.promp.model import ProMP, cholesky
+from hri_prediction.promp.linalg import cholesky, solve_lower
+from hri_prediction.promp.model import ProMP
+from hri_prediction.promp.regression import Demonstration, Evidence, gather_evidence
 
 Array = NDArray[np.float64]
 
@@ -71,21 +72,6 @@ class LearningConfig:
 
 
 @dataclass(frozen=True)
-class Demonstration:
-    """One movement over its phase.
-
-    Args:
-        phases: (T,) in [0, 1].
-        values: (T, D); NaN where not seen.
-        weight: Share of one demonstration that it counts for, above 0.
-    """
-
-    phases: Array
-    values: Array
-    weight: float = 1.0
-
-
-@dataclass(frozen=True)
 class WeightPrior:
     """Normal-inverse-Wishart prior of the weights.
 
@@ -102,36 +88,16 @@ class WeightPrior:
     strength: float
 
 
-def fit_weights(basis: PhaseBasis, phases: Array, values: Array, ridge: float) -> Array:
-    """Ridge regression of one trajectory (T, D): weights (D * W,).
-
-    Entries that are NaN are left out, dimension by dimension.
-
-    Raises:
-        DataError: if a dimension has no finite value.
-    """
-    rows = basis.values(phases)
-    weights = np.empty((values.shape[1], basis.count))
-    for d in range(values.shape[1]):
-        seen = np.isfinite(values[:, d])
-        if not seen.any():
-            raise DataError(f"dimension {d} of a demonstration was never seen")
-        design = rows[seen]
-        # Towards a constant, not towards zero: the origin has no meaning for a position.
-        level = float(values[seen, d].mean())
-        gram = design.T @ design + max(ridge, 1e-12) * np.eye(basis.count)
-        target = design.T @ (values[seen, d] - level)
-        weights[d] = level + sla.cho_solve(sla.cho_factor(gram, lower=True), target)
-    return weights.ravel()
-
-
 def smooth_covariance(basis: PhaseBasis, dims: int, config: LearningConfig) -> Array:
     """Unit-variance prior covariance of the weights (D * W, D * W), smooth over the phase."""
     gap = basis.centres[:, None] - basis.centres[None, :]
     smooth = np.exp(-0.5 * (gap / config.smoothness) ** 2)
     share = config.independent_fraction
     block = (1.0 - share) * smooth + share * np.eye(basis.count)
-    return np.asarray(np.kron(np.eye(dims), block), dtype=float)
+    full = np.zeros((dims, basis.count, dims, basis.count))
+    for d in range(dims):
+        full[d, :, d] = block
+    return full.reshape(dims * basis.count, -1)
 
 
 def default_prior(fitted: Array, basis: PhaseBasis, config: LearningConfig) -> WeightPrior:
@@ -178,22 +144,23 @@ def learn(
                 expected=f"shape ({demo.phases.size}, {dims}) and a positive weight",
             )
     basis = PhaseBasis(settings.weights_per_dim, settings.overlap)
-    fitted = np.stack(
-        [fit_weights(basis, d.phases, d.values, settings.ridge) for d in demonstrations]
-    )
-    share = np.array([d.weight for d in demonstrations])
+    evidence = gather_evidence(basis, demonstrations, settings.ridge)
+    share = np.concatenate([part.share for part in evidence])
+    fitted = np.concatenate([part.fitted for part in evidence]).reshape(share.size, -1)
     belief = prior or default_prior(fitted, basis, settings)
     mean = _posterior_mean(fitted, share, belief)
     covariance = _posterior_covariance(fitted, None, share, mean, belief)
-    noise = _noise(demonstrations, basis, fitted, None, share, settings)
+    noise = _noise(evidence, [(part.fitted, None) for part in evidence], settings)
     for _ in range(settings.iterations):
-        model = ProMP(basis, mean, covariance, noise)
-        posteriors = [model.condition(d.phases, d.values) for d in demonstrations]
-        means = np.stack([p.mean for p in posteriors])
-        spreads = np.stack([p.covariance for p in posteriors])
+        posteriors = _expected_weights(evidence, mean, covariance, noise)
+        means = np.concatenate([m for m, _ in posteriors]).reshape(share.size, -1)
+        spread = sum(
+            (part.share.sum() * own for part, (_, own) in zip(evidence, posteriors, strict=True)),
+            np.zeros_like(covariance),
+        )
         updated = _posterior_mean(means, share, belief)
-        covariance = _posterior_covariance(means, spreads, share, updated, belief)
-        noise = _noise(demonstrations, basis, means, spreads, share, settings)
+        covariance = _posterior_covariance(means, spread, share, updated, belief)
+        noise = _noise(evidence, posteriors, settings)
         moved = float(np.sqrt(np.mean((updated - mean) ** 2)))
         mean = updated
         if moved < settings.tolerance:
@@ -201,7 +168,30 @@ def learn(
     total = float(share.sum()) + belief.mean_strength
     predictive = covariance * (1.0 + 1.0 / total)
     cholesky(predictive, "learnt weight covariance")
-    return ProMP(basis, mean, predictive, noise)
+    return ProMP(basis, mean, predictive, np.diag(noise))
+
+
+def _expected_weights(
+    evidence: Sequence[Evidence], mean: Array, covariance: Array, noise: Array
+) -> list[tuple[Array, Array]]:
+    """E step: means (N, D, W) and common covariance (D * W, D * W) of the weights behind the evidence.
+
+    Square-root information form, as in :meth:`ProMP.condition`.
+    """
+    factor = cholesky(covariance, "weight covariance")
+    size = mean.size
+    found = []
+    for part in evidence:
+        dims, width, _ = part.gram.shape
+        weighted = part.gram / noise[:, None, None]
+        information = (weighted @ factor.reshape(dims, width, size)).reshape(size, size)
+        inner = cholesky(np.eye(size) + factor.T @ information, "conditioned precision")
+        root = solve_lower(inner, factor.T)
+        shift = part.fitted - mean.reshape(dims, width)
+        pull = np.einsum("dij,ndj->ndi", weighted, shift) + part.cross / noise[:, None]
+        step = (pull.reshape(-1, size) @ root.T) @ root
+        found.append(((mean + step).reshape(part.fitted.shape), root.T @ root))
+    return found
 
 
 def _posterior_mean(means: Array, share: Array, prior: WeightPrior) -> Array:
@@ -214,12 +204,13 @@ def _posterior_mean(means: Array, share: Array, prior: WeightPrior) -> Array:
 
 
 def _posterior_covariance(
-    means: Array, spreads: Array | None, share: Array, mean: Array, prior: WeightPrior
+    means: Array, spread: Array | None, share: Array, mean: Array, prior: WeightPrior
 ) -> Array:
+    """M step; ``spread`` is the sum of the covariances of the demonstrations' weights."""
     centred = means - mean
     scatter = (share[:, None] * centred).T @ centred + prior.strength * prior.covariance
-    if spreads is not None:
-        scatter = scatter + np.einsum("n,nij->ij", share, spreads)
+    if spread is not None:
+        scatter = scatter + spread
     if prior.mean is not None:
         shift = mean - prior.mean
         scatter = scatter + prior.mean_strength * np.outer(shift, shift)
@@ -228,26 +219,21 @@ def _posterior_covariance(
 
 
 def _noise(
-    demonstrations: Sequence[Demonstration],
-    basis: PhaseBasis,
-    means: Array,
-    spreads: Array | None,
-    share: Array,
+    evidence: Sequence[Evidence],
+    posteriors: Sequence[tuple[Array, Array | None]],
     config: LearningConfig,
 ) -> Array:
-    """Diagonal observation noise (D, D): expected squared residuals, not below the floor."""
-    dims, count = demonstrations[0].values.shape[1], basis.count
+    """Variances (D,) of the observation noise: expected squared residuals, not below the floor."""
+    dims, width, _ = evidence[0].gram.shape
     square, number = np.zeros(dims), np.full(dims, 1e-12)
-    for i, demo in enumerate(demonstrations):
-        rows = basis.values(demo.phases)
-        residual = demo.values - rows @ means[i].reshape(dims, count).T
-        seen = np.isfinite(residual)
-        expected = np.where(seen, residual, 0.0) ** 2
-        if spreads is not None:
-            for d in range(dims):
-                block = spreads[i, d * count : (d + 1) * count, d * count : (d + 1) * count]
-                spread = np.einsum("tw,wv,tv->t", rows, block, rows)
-                expected[:, d] += np.where(seen[:, d], spread, 0.0)
-        square += share[i] * expected.sum(axis=0)
-        number += share[i] * seen.sum(axis=0)
-    return np.diag(np.maximum(square / number, config.noise_floor**2))
+    for part, (means, spread) in zip(evidence, posteriors, strict=True):
+        gap = means - part.fitted
+        curved = np.einsum("dij,ndj->ndi", part.gram, gap)
+        left = part.square + np.sum(gap * (curved - 2.0 * part.cross), axis=2)
+        total = part.share.sum()
+        square += part.share @ left
+        number += total * part.number
+        if spread is not None:
+            blocks = spread.reshape(dims, width, dims, width)
+            square += total * np.einsum("dij,didj->d", part.gram, blocks)
+    return np.maximum(square / number, config.noise_floor**2)

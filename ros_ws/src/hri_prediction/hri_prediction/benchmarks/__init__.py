@@ -1,0 +1,1 @@
+"""Measurements of the cores, beside plain NumPy and implementations by others."""
