@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
@@ -25,28 +26,27 @@ TOLERANCE = 1e-8
 """Largest difference of means and covariances wanted, in metres and square metres."""
 
 ROWS = (
-    ("fit_ms", "fit: 40 demonstrations of 200 samples, 8 weights × 3-D [ms]", "≤ 1"),
-    ("fit_40_ms", "the same with 40 weights × 3-D [ms]", "–"),
-    ("condition_us", "condition on one sample, 40 weights × 3-D [µs]", "≤ 50"),
-    ("mean_us", "mean path at 200 phases, 40 weights × 3-D [µs]", "–"),
-    (
-        "bank_us",
-        "sample in, prediction out: bank, 21 durations × 4 tasks, 48 weights [µs]",
-        "≤ 1000",
-    ),
-    ("predictor_us", "sample in, prediction out: the whole predictor [µs]", "≤ 1000"),
+    ("fit_ms", "fit, 8 weights x 3-D [ms]", "≤ 1"),
+    ("fit_40_ms", "fit, 40 weights x 3-D [ms]", "–"),
+    ("condition_us", "one sample, 40 x 3-D [µs]", "≤ 50"),
+    ("mean_us", "mean path, 40 x 3-D [µs]", "–"),
+    ("bank_us", "bank of hypotheses [µs]", "≤ 1000"),
+    ("predictor_us", "whole predictor [µs]", "≤ 1000"),
 )
 """Key in ``results.json``, what it is, and the bar for ours."""
 NOTES = (
-    "Medians; the implementations take turns step by step, so that what disturbs one disturbs all.",
-    "The fits of the two others: plain NumPy runs the same EM with the same prior; movement_primitives "
-    "runs its own EM, without a prior and with another noise model, for at most as many iterations. "
-    "So its fit is compared by time alone, and its regression of one demonstration by its result.",
-    "Bank: the four tasks and the unknown one make 105 hypotheses, the prediction has 31 points. "
-    "movement_primitives conditions each hypothesis by condition_position; likelihoods and the "
-    "mixture, which it does not have, are those of plain NumPy.",
-    "The whole predictor: input checks, segmentation, bank, and the arm of the prediction; nothing "
-    "to compare it to.",
+    "Medians. The implementations take turns step by step, so that what disturbs one disturbs all.",
+    "Fit: 40 demonstrations of 200 samples. NumPy runs the same EM with the same prior. "
+    "movement_primitives runs its own EM, without a prior and with another noise model, for at most as "
+    "many iterations: its fit is compared by time, its regression of one demonstration by result.",
+    "One sample: the filter conditions on one of 200 positions of a movement after the other. Mean "
+    "path: at 200 phases.",
+    "Bank: a sample of wrist and elbow in, the mixture over the next 1.5 s (31 points) out; 8 weights x "
+    "6-D, 21 durations, four tasks and the unknown one, so 105 hypotheses. movement_primitives "
+    "conditions each hypothesis by condition_position; likelihoods and the mixture, which it does not "
+    "have, are those of NumPy.",
+    "Whole predictor: input checks, segmentation, bank, and the arm of the prediction; there is "
+    "nothing to compare it to.",
 )
 MISSING = "movement_primitives is not installed (requirements/dev.txt), so it is left out."
 
@@ -120,7 +120,7 @@ def table_rows(results: dict[str, Any]) -> list[tuple[str, ...]]:
     """Figures as (what, ours, NumPy, its ratio, movement_primitives, its ratio, wanted)."""
 
     def ratio(own: float, other: float | None) -> str:
-        return "–" if other is None else f"{other / own:.1f} ×"
+        return "–" if other is None else f"{other / own:.1f}"
 
     def figure(value: float | None) -> str:
         return "–" if value is None else f"{value:.3g}" if value < 1000 else f"{value:.0f}"
@@ -135,7 +135,7 @@ def table_rows(results: dict[str, Any]) -> list[tuple[str, ...]]:
     return found
 
 
-COLUMNS = ("what", "ours", "NumPy", "ratio", "movement_primitives", "ratio", "wanted of ours")
+COLUMNS = ("what", "ours", "NumPy", "÷ ours", "movement_primitives", "÷ ours", "wanted")
 
 
 def write_results(out: Path, results: dict[str, Any]) -> None:
@@ -193,9 +193,9 @@ def benchmark(
     except OSError as error:
         print(f"error: cannot write to {out}: {error.strerror or error}", file=sys.stderr)
         raise typer.Exit(1) from error
-    table = Table(*COLUMNS)
+    table = Table(*(name.replace("_", " ") for name in COLUMNS))
     for row in table_rows(results):
-        table.add_row(*row)
+        table.add_row(*(escape(cell) for cell in row))
     console.print(table)
     for note in results["left_out"]:
         console.print(note, highlight=False)

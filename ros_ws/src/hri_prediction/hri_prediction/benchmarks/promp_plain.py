@@ -84,7 +84,7 @@ def plain_learn(demonstrations: Sequence[Demonstration], config: LearningConfig)
     def variances(means: Array, spreads: Array) -> Array:
         total = np.zeros(dims)
         for design, values, m, c in zip(designs, observed, means, spreads, strict=True):
-            expected = (values - design @ m) ** 2 + np.einsum("ti,ij,tj->t", design, c, design)
+            expected = (values - design @ m) ** 2 + np.sum((design @ c) * design, axis=1)
             total += expected.reshape(dims, -1).sum(axis=1)
         seen = sum(values.size for values in observed) / dims
         return np.maximum(total / seen, config.noise_floor**2)
