@@ -24,6 +24,8 @@ def warm_kernels() -> None:
     size = DIMS * basis.count
     promp = ProMP(basis, np.zeros(size), np.eye(size), np.eye(DIMS))
     WeightFilter(promp).observe(0.1, np.zeros(DIMS))
+    state = np.zeros(2 * DIMS)
+    WeightFilter(promp).observe(0.1, state, np.eye(2 * DIMS), duration=1.0)
     config = PredictorConfig(durations=1, weights_per_dim=3)
     bank = HypothesisBank(
         bank_prior((TaskModel("warm", "any", promp, 1.0, 0.1, 1, 0.0),), config), config
