@@ -150,7 +150,7 @@ def learn(
     belief = prior or default_prior(fitted, basis, settings)
     mean = _posterior_mean(fitted, share, belief)
     covariance = _posterior_covariance(fitted, None, share, mean, belief)
-    noise = _noise(evidence, [(part.fitted, None) for part in evidence], settings)
+    noise = _noise(evidence, None, settings)
     for _ in range(settings.iterations):
         posteriors = _expected_weights(evidence, mean, covariance, noise)
         means = np.concatenate([m for m, _ in posteriors]).reshape(share.size, -1)
@@ -188,7 +188,7 @@ def _expected_weights(
         inner = cholesky(np.eye(size) + factor.T @ information, "conditioned precision")
         root = solve_lower(inner, factor.T)
         shift = part.fitted - mean.reshape(dims, width)
-        pull = np.einsum("dij,ndj->ndi", weighted, shift) + part.cross / noise[:, None]
+        pull = _times(shift, weighted) + part.cross / noise[:, None]
         step = (pull.reshape(-1, size) @ root.T) @ root
         found.append(((mean + step).reshape(part.fitted.shape), root.T @ root))
     return found
@@ -218,22 +218,31 @@ def _posterior_covariance(
     return covariance
 
 
+def _times(weights: Array, gram: Array) -> Array:
+    """Weights (N, D, W) times the symmetric matrix (D, W, W) of their dimension."""
+    product: Array = np.matmul(weights.swapaxes(0, 1), gram).swapaxes(0, 1)
+    return product
+
+
 def _noise(
     evidence: Sequence[Evidence],
-    posteriors: Sequence[tuple[Array, Array | None]],
+    posteriors: Sequence[tuple[Array, Array]] | None,
     config: LearningConfig,
 ) -> Array:
-    """Variances (D,) of the observation noise: expected squared residuals, not below the floor."""
+    """Variances (D,) of the observation noise: expected squared residuals, not below the floor.
+
+    Without ``posteriors`` the residuals are those of the ridge regression.
+    """
     dims, width, _ = evidence[0].gram.shape
     square, number = np.zeros(dims), np.full(dims, 1e-12)
-    for part, (means, spread) in zip(evidence, posteriors, strict=True):
-        gap = means - part.fitted
-        curved = np.einsum("dij,ndj->ndi", part.gram, gap)
-        left = part.square + np.sum(gap * (curved - 2.0 * part.cross), axis=2)
+    for i, part in enumerate(evidence):
         total = part.share.sum()
-        square += part.share @ left
+        square += part.share @ part.square
         number += total * part.number
-        if spread is not None:
+        if posteriors is not None:
+            means, spread = posteriors[i]
+            gap = means - part.fitted
+            square += part.share @ np.sum(gap * (_times(gap, part.gram) - 2.0 * part.cross), axis=2)
             blocks = spread.reshape(dims, width, dims, width)
             square += total * np.einsum("dij,didj->d", part.gram, blocks)
     return np.maximum(square / number, config.noise_floor**2)

@@ -145,9 +145,11 @@ def _regress(
     gram = rows.T @ rows
     # Towards a constant, not towards zero: the origin has no meaning for a position.
     level = values.mean(axis=0)
-    ridged = gram + max(ridge, 1e-12) * np.eye(gram.shape[0])
+    ridge = max(ridge, 1e-12)
+    ridged = gram + ridge * np.eye(gram.shape[0])
     centred = values - level
     relative = solve_cholesky(cholesky(ridged, "regression"), rows.T @ centred)
     left = centred - rows @ relative
     # The basis sums to one, so adding a constant to all weights adds it to the trajectory.
-    return gram, (relative + level).T, (rows.T @ left).T, np.einsum("tk,tk->k", left, left)
+    # By the normal equations, R^T e = ridge w.
+    return gram, (relative + level).T, ridge * relative.T, np.einsum("tk,tk->k", left, left)
