@@ -40,6 +40,8 @@ def test_wrong_arguments(tmp_path, capsys):
     (tmp_path / "file").write_text("")
     assert main(["--out", str(tmp_path / "file"), "--smoke"]) == 1
     assert "a folder" in capsys.readouterr().err
+    assert main(["--out", str(tmp_path / "file" / "within")]) == 1  # at once, not after a minute
+    assert "cannot write" in capsys.readouterr().err
     assert main([]) == 2
     assert main(["--out", str(tmp_path / "new"), "--seed", "-1"]) == 2
     assert not (tmp_path / "new").exists()

@@ -140,7 +140,6 @@ COLUMNS = ("what", "ours", "NumPy", "÷ ours", "movement_primitives", "÷ ours",
 
 def write_results(out: Path, results: dict[str, Any]) -> None:
     """``results.json`` and ``results.md``."""
-    out.mkdir(parents=True, exist_ok=True)
     (out / "results.json").write_text(json.dumps(results, indent=1, allow_nan=False) + "\n")
     lines = [
         "# ProMP core, measured",
@@ -183,6 +182,7 @@ def benchmark(
     console = Console()
     try:
         check_folder(out, OUTPUTS, overwrite)
+        out.mkdir(parents=True, exist_ok=True)  # what cannot be made is said before the measurement
         origin = results_origin()
         results = measure(seed, cases.SMOKE if smoke else cases.Extent(), console)
         results["origin"] = origin
