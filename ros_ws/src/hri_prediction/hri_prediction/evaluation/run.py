@@ -31,7 +31,7 @@ from hri_prediction.evaluation.folds import (
 )
 from hri_prediction.evaluation.recordings import Recording, content_hash
 from hri_prediction.evaluation.scores import FIELDS, summarise
-from hri_prediction.promp.model import read_npz, write_npz
+from hri_prediction.promp.storage import read_npz, write_npz
 
 Arrays = dict[str, NDArray[np.float64]]
 FORMAT = "hri-evaluation-fold-1"
