@@ -52,6 +52,19 @@ class Cut:
             return None
         return self.now_s - (p.stamp_ns - p.onset_ns) * 1e-9
 
+    def belief_error(self, duration_s: float, task: str) -> Array:
+        """Expected duration less the true one [s] and probability of the true task (2,).
+
+        NaN while the reach has not been noticed, and for a task that is not in the library.
+        """
+        if self.prediction is None or self.onset_s is None or not self.prediction.task_names:
+            return np.full(2, np.nan)
+        known = (
+            self.prediction.task_names.index(task) if task in self.prediction.task_names else None
+        )
+        share = np.nan if known is None else float(self.prediction.task_probabilities[known])
+        return np.array([self.prediction.duration_mean_s - duration_s, share])
+
     def forecast(self, times: Array) -> Forecast:
         """The prediction between its points, and held beyond its last, at ``times`` (K,)."""
         if self.prediction is None:

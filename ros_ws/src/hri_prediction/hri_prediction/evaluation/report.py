@@ -63,6 +63,15 @@ def knowledge_list(knows: Mapping[str, str]) -> str:
     return "\n".join(f"- `{name}`: {text}." for name, text in knows.items()) + "\n"
 
 
+def belief_words(results: Mapping[str, Any]) -> str:
+    """What our predictor knew of duration and task by then."""
+    share = format(results["observed"], "g")
+    error = results["duration_error_s"][share]["median"]
+    found = results["task_found"][share]
+    words = "" if error is None else f"; its duration was {error * 1e3:.0f} ms off (median)"
+    return words if found is None else words + f", the right task the likeliest in {found:.0%}"
+
+
 def evaluation_report(results: Mapping[str, Any]) -> str:
     """The text beside the plots: what was evaluated, all figures, what was skipped."""
     share = f"{100.0 * results['observed']:g} %"
@@ -70,7 +79,8 @@ def evaluation_report(results: Mapping[str, Any]) -> str:
         f"# Prediction: {results['data']}, {results['protocol']}\n",
         f"{results['n']} reaches; figures after {share} of each reach, of the wrist. NLL and regions "
         "over all predicted points until the reach ends. Our predictor had noticed "
-        f"{100.0 * results['noticed'][format(results['observed'], 'g')]:.0f} % of the reaches by then.\n",
+        f"{100.0 * results['noticed'][format(results['observed'], 'g')]:.0f} % of the reaches by then"
+        f"{belief_words(results)}.\n",
         predictor_table(results["predictors"]),
         "What each is told:\n",
         knowledge_list(results["knows"]),

@@ -30,7 +30,7 @@ from hri_prediction.evaluation.folds import (
     make_folds,
 )
 from hri_prediction.evaluation.recordings import Recording, content_hash
-from hri_prediction.evaluation.scores import FIELDS, summarise
+from hri_prediction.evaluation.scores import FIELDS, share_of, spread_of, summarise
 from hri_prediction.promp.storage import read_npz, write_npz
 
 Arrays = dict[str, NDArray[np.float64]]
@@ -103,8 +103,17 @@ class Evaluation:
                 f"{share:g}": float(self.cells[f"noticed/{share:g}"].mean())
                 for share in self.settings.observed
             },
+            "duration_error_s": self._beliefs(lambda cell: spread_of(np.abs(cell[:, 0]))),
+            "task_found": self._beliefs(lambda cell: share_of(cell[:, 1] > 0.5, cell[:, 1])),
             "knows": {name: KNOWS[name] for name in self.settings.predictors},
             "skipped": list(self.skipped),
+        }
+
+    def _beliefs(self, figure: Callable[[NDArray[np.float64]], Any]) -> dict[str, Any]:
+        """A figure of what our predictor believes of duration and task, by observed share."""
+        return {
+            f"{share:g}": figure(self.cells[f"belief/{share:g}"])
+            for share in self.settings.observed
         }
 
 

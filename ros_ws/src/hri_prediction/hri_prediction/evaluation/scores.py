@@ -65,6 +65,12 @@ def spread_of(values: Array) -> dict[str, float | None]:
     }
 
 
+def share_of(hits: NDArray[np.bool_], values: Array) -> float | None:
+    """Share of hits among the values that are known; null without one."""
+    known = np.isfinite(values)
+    return float(np.mean(hits[known])) if known.any() else None
+
+
 def _mean(values: Array) -> float | None:
     known = values[np.isfinite(values)]
     return float(np.mean(known)) if known.size else None

@@ -29,8 +29,8 @@ from hri_prediction.evaluation.report import evaluation_report, figure
 from hri_prediction.evaluation.run import evaluate, has_reference
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.training import TASK_FIELDS
+from hri_prediction.results.origin import origin_line, results_origin
 from hri_prediction.tracks.segmentation import SegmentationConfig
-from hri_sim.launch.origin import origin_line, results_origin
 from hri_sim.people.population import FAMILIES, population
 
 SIMULATED = "simulated"

@@ -17,6 +17,7 @@ from hri_prediction.errors import ConfigError
 from hri_prediction.evaluation.folds import LEAVE_ONE_OUT, OURS, WITHIN
 from hri_prediction.evaluation.report import (
     BOUNDARY_HEAD,
+    belief_words,
     boundary_row,
     knowledge_list,
     observed_table,
@@ -24,12 +25,12 @@ from hri_prediction.evaluation.report import (
     winners,
 )
 from hri_prediction.prediction.config import PredictorConfig
+from hri_prediction.results.origin import origin_line, results_origin
 from hri_prediction.tracks.boundaries import match_boundaries, pooled
 from hri_prediction.tracks.files import load_tracks
 from hri_prediction.tracks.labels import onset_labels, segment_labels, whole_movements
 from hri_prediction.tracks.segmentation import SegmentationConfig, find_reaches
 from hri_sim.evaluation.evaluate import AUTO, SIMULATED, Job, available_cores, run_job
-from hri_sim.launch.origin import origin_line, results_origin
 from hri_sim.people.population import FAMILIES
 
 DATA_VARIABLE = "HRI_DATA_DIR"
@@ -155,7 +156,7 @@ def _section(name: str, results: Mapping[str, Any]) -> list[str]:
         "",
         f"{results['n']} reaches of {results['subjects']} people; {learnt}. After {share}, when "
         f"{100.0 * results['noticed'][format(results['observed'], 'g')]:.0f} % of the reaches had been "
-        "noticed:",
+        f"noticed{belief_words(results)}:",
         "",
         predictor_table(results["predictors"]),
         "Median end-point error [mm] by the share that was seen:",
