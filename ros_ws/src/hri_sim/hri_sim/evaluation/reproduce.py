@@ -36,7 +36,7 @@ from hri_sim.people.population import FAMILIES
 DATA_VARIABLE = "HRI_DATA_DIR"
 ADL = "reach_adl_vicon/reach.npz"
 RUNS = "pickplace_dfki_qualisys/runs.npz"
-OBSERVED = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
+OBSERVED = (0.1, 0.2, 0.3, 0.35, 0.4, 0.5, 0.6, 0.7, 0.8)
 MIN_DEMONSTRATIONS = 3
 """Unlabelled movements that were seen fewer times make no task, as in reproduce_replay.py."""
 END_BARS_M = {f"adl_{WITHIN}": 0.041, f"adl_{LEAVE_ONE_OUT}": 0.047}
