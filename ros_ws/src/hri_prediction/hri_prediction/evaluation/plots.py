@@ -69,7 +69,9 @@ def plot_errors(evaluation: Evaluation, path: Path) -> None:
     for axis in axes[0]:
         axis.set_yscale("log")
         axis.grid(alpha=0.3, which="both")
-    axes[0, 0].legend(fontsize=6)
+    figure.legend(
+        *axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=7
+    )
     figure.savefig(path, dpi=90)
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import hashlib
 import importlib.metadata
 import importlib.util
 import json
 import os
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -194,13 +196,15 @@ def evaluate(
     if progress is not None:
         progress(len(done), len(folds))
     parallel = joblib.Parallel(n_jobs=workers, return_as="generator_unordered")
-    for key, arrays in parallel(
-        joblib.delayed(_work)(recordings, fold, settings) for fold in waiting
-    ):
-        _write(folder / f"{key}.npz", arrays, mark)
-        done[key] = arrays
-        if progress is not None:
-            progress(len(done), len(folds))
+    work = parallel(joblib.delayed(_work)(recordings, fold, settings) for fold in waiting)
+    with warnings.catch_warnings(), contextlib.closing(work):
+        # When this is broken off, joblib would warn that work is lost. It is not: it is done next time.
+        warnings.filterwarnings("ignore", ".*tasks which were still being processed")
+        for key, arrays in work:
+            _write(folder / f"{key}.npz", arrays, mark)
+            done[key] = arrays
+            if progress is not None:
+                progress(len(done), len(folds))
     parts = [done[fold.key] for fold in folds]
     cells = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     return Evaluation(settings, cells, tuple(skipped))

@@ -44,6 +44,7 @@ END_BARS_M = {f"adl_{WITHIN}": 0.041, f"adl_{LEAVE_ONE_OUT}": 0.047}
 REGION_BARS = {"coverage50": (0.42, 0.58), "coverage95": (0.90, 0.98)}
 PLOTS = ("error.png", "calibration.png")
 EXAMPLE_PLOT = "tubes.png"
+BETTER = "Better than ours (`…_told_duration` and `…_told_task` know what ours must find out):"
 _TITLES = {
     "adl": "Seated reaches (ADL Vicon, 10 subjects)",
     "dfki": "Pick and place (DFKI, 2 subjects), reaches cut from continuous recordings",
@@ -164,7 +165,7 @@ def _section(name: str, results: Mapping[str, Any]) -> list[str]:
         observed_table(results["by_observed"]),
     ]
     if better:
-        lines += ["Better than ours:", "", *(f"- {line}" for line in better), ""]
+        lines += [BETTER, "", *(f"- {line}" for line in better), ""]
     else:
         lines += ["No other predictor is better in any of these figures.", ""]
     lines += [f"![{plot[:-4]}](prediction/{name}_{plot})" for plot in plots_of(name)]
