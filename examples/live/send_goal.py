@@ -109,7 +109,11 @@ def send(node: Node, options: argparse.Namespace, position: list[float]) -> int:
         feedback = message.feedback
         print(
             f"{feedback.stage}: {feedback.distance_to_goal * 100:.1f} cm to go, "
-            f"smallest separation so far {feedback.min_separation * 100:.1f} cm"
+            + (
+                f"smallest separation so far {feedback.min_separation * 100:.1f} cm"
+                if feedback.min_separation < 1e6
+                else "nobody seen so far"
+            )
         )
 
     sent = client.send_goal_async(goal, feedback_callback=on_feedback)

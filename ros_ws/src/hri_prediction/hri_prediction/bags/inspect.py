@@ -44,7 +44,7 @@ class TopicReport:
         missing: Sequence numbers missing between those that are there; None when the recorder did
             not write them or several publishers mixed theirs.
         transport: Log time − publish time.
-        stamp: Log time − header stamp; None where messages have none, or of another clock.
+        stamp: Log time − header stamp of those that have one; None where none has, or of another clock.
     """
 
     topic: str
@@ -191,7 +191,11 @@ def _missing(sequence: np.ndarray) -> int | None:
 def _latency(log: array.array[int], sent: array.array[int]) -> Latency | None:
     if len(sent) == 0 or len(sent) != len(log):
         return None
-    values = (np.asarray(log, dtype=np.int64) - np.asarray(sent, dtype=np.int64)) * 1e-9
+    stamps = np.asarray(sent, dtype=np.int64)
+    given = stamps != 0  # e.g. trajectories that begin at once
+    if not given.any():
+        return None
+    values = (np.asarray(log, dtype=np.int64) - stamps)[given] * 1e-9
     if np.abs(np.median(values)) > _LATE_S:
         return None
     p50, p99 = np.percentile(values, [50, 99])

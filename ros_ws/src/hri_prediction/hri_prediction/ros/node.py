@@ -41,6 +41,8 @@ OK, WARN, ERROR, STALE = (
     DiagnosticStatus.ERROR,
     DiagnosticStatus.STALE,
 )
+STANDSTILL = "was not run for"
+"""What a node's health says of a machine that did not run it."""
 STANDSTILL_S = 0.25
 """Ticks that come later than this after the one before are spoken of [s]."""
 
@@ -235,9 +237,7 @@ class HriNode(Node):
         simulated = self.get_parameter("use_sim_time").value
         if simulated and self._timer.clock.clock_type == ClockType.ROS_TIME:
             return  # /clock may stand still
-        self.fault(
-            "standstill", f"this node was not run for {gap:.2f} s: is the machine overloaded?"
-        )
+        self.fault("standstill", f"this node {STANDSTILL} {gap:.2f} s: is the machine overloaded?")
 
     def on_tick(self, now_ns: int) -> None:
         """Compute and publish; called once a tick, after the message handlers."""

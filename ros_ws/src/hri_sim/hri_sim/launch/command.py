@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import AbstractContextManager, nullcontext
 
 import typer
 from rich.console import Console
@@ -11,6 +12,14 @@ from hri_prediction.errors import HriError
 from hri_sim.launch.folder import LOGS
 from hri_sim.launch.run import RunOptions, explain, run_graph
 from hri_sim.launch.summary import print_table, succeeded
+
+
+def _told(console: Console, what: str) -> AbstractContextManager[object]:
+    """Say what takes a while: by a line that goes away, or in a file by one that stays."""
+    if console.is_terminal:
+        return console.status(what)
+    console.print(what, highlight=False)
+    return nullcontext()
 
 
 def conduct(options: RunOptions, console: Console, *, picture: bool, video: bool) -> int:
@@ -35,11 +44,11 @@ def conduct(options: RunOptions, console: Console, *, picture: bool, video: bool
         if result.series is not None:
             if picture:
                 files["picture"] = folder / "picture.png"
-                with console.status("drawing picture.png"):
+                with _told(console, "drawing picture.png"):
                     draw_picture(result.series.record, files["picture"])
             if video:
                 files["video"] = folder / "video.mp4"
-                with console.status("rendering video.mp4"):
+                with _told(console, "rendering video.mp4 (some 20 s)"):
                     render_video(result.series.record, files["video"])
     except (HriError, OSError) as error:
         explain(error, console)

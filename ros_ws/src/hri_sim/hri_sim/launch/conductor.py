@@ -20,6 +20,7 @@ from sensor_msgs.msg import JointState
 from hri_prediction.errors import GraphError
 from hri_prediction.ros.conversions import WORLD
 from hri_prediction.ros.messages import Cue, PlannerStatus, ReachTarget, SimState
+from hri_prediction.ros.node import STANDSTILL
 from hri_prediction.ros.qos import SENSOR, reliable
 from hri_prediction.ros.time import seconds_to_ns, to_time
 from hri_sim.launch.folder import LOGS
@@ -103,6 +104,7 @@ class Conductor:
         self._node.create_subscription(SimState, "sim/state", self._on_state, SENSOR)
         self._node.create_subscription(PlannerStatus, "ptomp/status", self._on_status, reliable(10))
         self._next_say = 0.0
+        self._held_up: set[str] = set()
         self._goal: Any = None
         self._cue_ns = 0
         self._person_end_ns = 0
@@ -155,6 +157,14 @@ class Conductor:
     # ------------------------------------------------------------------ listening
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         self._health.update({status.hardware_id: status for status in message.status})
+        for status in message.status:
+            if (
+                STANDSTILL in status.message
+                and status.hardware_id not in self._held_up
+                and self._begun
+            ):
+                self._held_up.add(status.hardware_id)
+                self._tell(f"{status.hardware_id}: {status.message}")
 
     def _on_state(self, message: SimState) -> None:
         self._state = message

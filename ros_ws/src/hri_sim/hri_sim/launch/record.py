@@ -112,7 +112,9 @@ def read_run(
         clearance_m=np.where(clearance < _FAR, clearance, np.inf),
         reaches=tuple(
             ReachMark(
-                (r.cue_ns - origin) / NANO, (r.end_ns - origin) / NANO, f"reach {r.index + 1}"
+                (r.cue_ns - origin) / NANO,
+                (r.end_ns - origin) / NANO,
+                f"reach {r.index + 1}" + ("" if r.outcome == "reached" else f": {r.outcome}"),
             )
             for r in reports
         ),
