@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import difflib
 import gc
+import inspect
 import signal
 import sys
 import time
@@ -324,6 +325,9 @@ def run_node(make: Callable[[], HriNode], args: list[str] | None = None) -> int:
         refuse_undeclared(node)
         executor = EventsExecutor()
         executor.add_node(node)
+        # The first message of a logger looks through all modules for its caller, for 50 ms: not then,
+        # as it mostly says why the robot stops.
+        inspect.getframeinfo(sys._getframe())
         # What start-up made stays: the collector need not walk it while the node runs.
         gc.collect()
         gc.freeze()
