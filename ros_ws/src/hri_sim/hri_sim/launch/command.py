@@ -48,7 +48,7 @@ def conduct(options: RunOptions, console: Console, *, picture: bool, video: bool
                     draw_picture(result.series.record, files["picture"])
             if video:
                 files["video"] = folder / "video.mp4"
-                with _told(console, "rendering video.mp4 (some 20 s)"):
+                with _told(console, "rendering video.mp4"):
                     render_video(result.series.record, files["video"])
     except (HriError, OSError) as error:
         explain(error, console)

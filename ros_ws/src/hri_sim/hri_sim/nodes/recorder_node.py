@@ -289,18 +289,26 @@ class RecorderNode(HriNode):
             DataError: the disk did not take all of it.
         """
         error = self.core.state.error
-        metadata = self.core.close()
-        state = self.core.state
-        missing = state.dropped + state.lost
+        try:
+            metadata = self.core.close()
+        except DataError as unclosed:
+            # The disk does not even take the index: what is missing is what counts.
+            self._refuse_losses(error or str(unclosed))
+            raise
         text = f"{metadata.message_count} messages of {len(metadata.topics)} topics in "
         self.get_logger().info(f"{text}{self.core.folder}")
+        self._refuse_losses(error)
+        return metadata
+
+    def _refuse_losses(self, error: str) -> None:
+        state = self.core.state
+        missing = state.dropped + state.lost
         if missing:
             raise DataError(
                 f"{missing} messages could not be written to {self.core.folder}"
                 + (f" ({error})" if error else ""),
                 hint="what was written is readable",
             )
-        return metadata
 
 
 def _offered(profile: QoSProfile) -> OfferedQos:
