@@ -37,15 +37,19 @@ OUTCOMES = {
 
 
 def is_heard(node: Node, cues: Publisher, timeout_s: float = 5.0) -> bool:
-    """Wait until somebody other than a recorder listens to cues: one sent before would be lost."""
-    end = time.monotonic() + timeout_s
-    while time.monotonic() < end:
-        known = node.get_subscriptions_info_by_topic(cues.topic_name)
-        everybody = cues.get_subscription_count() >= len(known)
-        if everybody and any(listener.node_name != "recorder" for listener in known):
-            return True
+    """Wait until somebody listens to cues, and a recorder too if there is one: else the cue is lost."""
+    begin = time.monotonic()
+    heard = False
+    while time.monotonic() < begin + timeout_s:
         rclpy.spin_once(node, timeout_sec=0.05)
-    return False
+        known = node.get_subscriptions_info_by_topic(cues.topic_name)
+        names = {listener.node_name for listener in known}
+        heard = cues.get_subscription_count() >= len(known) and bool(names - {"recorder"})
+        recorded = "recorder" in names or "recorder" not in node.get_node_names()
+        # Processes take up to a second to know of each other, and a recorder to find a new topic.
+        if heard and recorded and time.monotonic() > begin + 1.0:
+            return True
+    return heard
 
 
 def wait_for(node: Node, future: Future, timeout_s: float = math.inf) -> bool:
