@@ -187,7 +187,7 @@ def test_summary_has_all_figures(recordings, tmp_path):
     assert results["predictors"]["mean_trajectory_told_task"]["endpoint_error_m"]["median"] < 0.03
     assert results["predictors"]["constant_velocity"]["endpoint_error_m"]["median"] > 0.05
     assert results["noticed"]["0.3"] == 1.0
-    assert results["duration_error_s"]["0.6"]["median"] < 0.15
+    assert results["duration_error_s"]["0.6"]["median"] < 0.06
     assert results["task_found"]["0.6"] > 0.8
     assert results["skipped"] == [] or not HAS_REFERENCE
 

@@ -13,6 +13,7 @@ from hri_prediction.prediction.bank import (
     unknown_task,
 )
 from hri_prediction.prediction.config import PredictorConfig
+from hri_prediction.tracks.bell import from_rest_to_rest
 
 SEEN = np.ones(6, dtype=bool)
 
@@ -65,7 +66,11 @@ def test_task_and_duration_are_found(library, config, index, scale):
     assert bank.task_probabilities()[index] > 0.9
     assert bank.weights.sum() == pytest.approx(1.0)
     mean, deviation = bank.duration()
-    assert mean == pytest.approx(duration, rel=0.12)
+    phases = np.linspace(0.0, 1.0, 201)
+    wrist = task.promp.trajectory_mean(phases)[:, 3:]
+    peak = np.linalg.norm(np.gradient(wrist, phases * duration, axis=0), axis=1).max()
+    whole = from_rest_to_rest(duration, config.onset_speed / peak)
+    assert mean == pytest.approx(float(whole), rel=0.12)
     assert 0.0 < deviation < 0.2
 
 

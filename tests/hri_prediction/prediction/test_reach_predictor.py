@@ -72,7 +72,7 @@ def test_states_of_a_reach(library, config, reach_maker):
     assert states[-1][1].state == ReachState.IDLE
     assert predictor.counters["reaches"] == 1
     onset = next(p for _, p in states if p.state == ReachState.REACHING).onset_ns
-    assert 10.5 < onset * 1e-9 < 10.65
+    assert onset * 1e-9 == pytest.approx(10.5, abs=0.03)
 
 
 @pytest.mark.parametrize("task", ["left bin", "right bin"])

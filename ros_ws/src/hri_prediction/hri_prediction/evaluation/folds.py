@@ -163,8 +163,8 @@ def evaluate_fold(recordings: Sequence[Recording], fold: Fold, settings: Setting
     Returns:
         ``<predictor>/<observed>/<field>`` to the `FIELDS` over the reaches; ``reach`` (n, 2): numbers
         of the recording and of its reach; ``noticed/<observed>`` (n,): whether our predictor had
-        noticed the reach by then; ``belief/<observed>`` (n, 2): its duration less the true one [s] and
-        the probability that it gives the true task; ``tube_now/<observed>`` (n,),
+        noticed the reach by then; ``belief/<observed>`` (n, 2): its duration less the true one, both from
+        rest to rest [s], and the probability that it gives the true task; ``tube_now/<observed>`` (n,),
         ``tube_mean/<observed>`` and ``tube_sd/<observed>`` (n, K, 3): what it predicted.
     """
     warm_kernels()
@@ -246,7 +246,8 @@ def _evaluate_recording(
             judge = _Judge(recording, reach, our_cut.now_s, settings.config)
             tube = our_cut.forecast(our_cut.now_s + judge.steps)
             note(f"noticed/{share:g}", np.array(float(our_cut.onset_s is not None)))
-            note(f"belief/{share:g}", our_cut.belief_error(reach.duration_s, track.task))
+            whole = recording.durations_s[i]
+            note(f"belief/{share:g}", our_cut.belief_error(whole, track.task))
             note(f"tube_now/{share:g}", np.array(our_cut.now_s))
             note(f"tube_mean/{share:g}", tube.mean)
             note(f"tube_sd/{share:g}", np.sqrt(np.diagonal(tube.covariance, axis1=1, axis2=2)))

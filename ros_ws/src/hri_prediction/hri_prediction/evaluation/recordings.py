@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from hri_prediction.errors import DataError
 from hri_prediction.prediction.library import demonstration
 from hri_prediction.prediction.training import read_tracks
-from hri_prediction.tracks.labels import onset_labels
+from hri_prediction.tracks.bell import from_rest_to_rest, peak_speed
+from hri_prediction.tracks.labels import ONSET_LABEL_SPEED, onset_labels
 from hri_prediction.tracks.segmentation import Reach, SegmentationConfig, find_reaches
 from hri_prediction.tracks.track import ArmTrack
 
@@ -30,6 +31,7 @@ class Recording:
     Args:
         track: What the sensor delivered.
         reaches: The reaches that are predicted: labelled where the file has labels, else ``found``.
+        durations_s: How long each of these takes from rest to rest [s].
         found: What the segmentation finds; predictors learn from these.
         teaches: Whether others' predictors may learn from it.
         judged: Whether its own reaches are predicted.
@@ -37,6 +39,7 @@ class Recording:
 
     track: ArmTrack
     reaches: tuple[Reach, ...]
+    durations_s: tuple[float, ...]
     found: tuple[Reach, ...]
     teaches: bool = True
     judged: bool = True
@@ -59,6 +62,7 @@ def make_recording(
     segmentation: SegmentationConfig,
     labels: Sequence[Reach] | None = None,
     *,
+    label_speed: float = 0.0,
     teaches: bool = True,
     judged: bool = True,
 ) -> Recording:
@@ -68,13 +72,20 @@ def make_recording(
         track: One trial or a continuous recording.
         segmentation: Thresholds.
         labels: The reaches to judge by, where they are known; none: those that are found.
+        label_speed: Share of the peak speed at which the labels are set, 0 at rest.
         teaches: See :class:`Recording`.
         judged: Likewise.
     """
     cut = find_reaches(track.time_s, track.keypoints[:, 2], segmentation)
     found = usable_reaches(track, cut, 5)
     reaches = found if labels is None else usable_reaches(track, labels, 5)
-    return Recording(track, reaches, found, teaches, judged)
+    durations = []
+    for reach in reaches:
+        ratio = label_speed
+        if labels is None:
+            ratio = segmentation.onset_speed / peak_speed(track, reach, segmentation)
+        durations.append(float(from_rest_to_rest(reach.duration_s, ratio)))
+    return Recording(track, reaches, tuple(durations), found, teaches, judged)
 
 
 def load_recordings(path: str | Path, segmentation: SegmentationConfig) -> list[Recording]:
@@ -86,7 +97,12 @@ def load_recordings(path: str | Path, segmentation: SegmentationConfig) -> list[
     tracks = read_tracks(path)
     labels = onset_labels(path)
     recordings = [
-        make_recording(track, segmentation, None if labels is None else [labels[i]])
+        make_recording(
+            track,
+            segmentation,
+            None if labels is None else [labels[i]],
+            label_speed=ONSET_LABEL_SPEED,
+        )
         for i, track in enumerate(tracks)
     ]
     if not any(recording.reaches for recording in recordings):
@@ -130,7 +146,8 @@ def content_hash(recordings: Sequence[Recording]) -> str:
         track = recording.track
         names = (track.side, track.subject, track.task, track.trial)
         uses = (recording.teaches, recording.judged)
-        digest.update(repr((names, uses, recording.reaches, recording.found)).encode())
+        reaches = (recording.reaches, recording.durations_s, recording.found)
+        digest.update(repr((names, uses, reaches)).encode())
         digest.update(track.time_s.tobytes())
         digest.update(track.keypoints.tobytes())
     return digest.hexdigest()[:16]

@@ -39,21 +39,25 @@ class Cut:
     Args:
         now_s: Time of the newest sample, on the clock of the track.
         prediction: What the predictor said then; none before it saw the arm.
+        onset_s: Begin of the reach as the segmentation finds it, on the clock of the track; none unless
+            the predictor has noticed a reach.
     """
 
     now_s: float
     prediction: Prediction | None
+    onset_s: float | None = None
 
-    @property
-    def onset_s(self) -> float | None:
-        """Begin of the reach on the clock of the track, if one was seen to begin."""
-        p = self.prediction
-        if p is None or p.state != ReachState.REACHING:
-            return None
-        return self.now_s - (p.stamp_ns - p.onset_ns) * 1e-9
+    @staticmethod
+    def of(predictor: ReachPredictor, now_s: float) -> Cut:
+        """What a predictor says after the sample at ``now_s`` on the clock of the track."""
+        prediction, crossing = predictor.predict(), predictor.crossing_ns
+        reaching = prediction is not None and prediction.state == ReachState.REACHING
+        if prediction is None or not reaching or crossing is None:
+            return Cut(now_s, prediction)
+        return Cut(now_s, prediction, now_s - (prediction.stamp_ns - crossing) * 1e-9)
 
     def belief_error(self, duration_s: float, task: str) -> Array:
-        """Expected duration less the true one [s] and probability of the true task (2,).
+        """Expected duration less the true one, both from rest to rest [s]; probability of the true task.
 
         NaN while the reach has not been noticed, and for a task that is not in the library.
         """
@@ -105,7 +109,7 @@ def replay(
     for row, sample in enumerate(track.samples()):
         following = float(track.time_s[row])
         while len(found) < len(cuts) and following > cuts[len(found)] + 5e-7:
-            found.append(Cut(now, predictor.predict() if row else None))
+            found.append(Cut.of(predictor, now) if row else Cut(now, None))
         if len(found) == len(cuts):
             break
         now = following
@@ -117,5 +121,5 @@ def replay(
             if prediction is not None and prediction.state == ReachState.REACHING:
                 spans.append(clock() - begin)
     while len(found) < len(cuts):
-        found.append(Cut(now, predictor.predict()))
+        found.append(Cut.of(predictor, now))
     return found, np.array(spans)

@@ -24,6 +24,7 @@ from hri_prediction.promp.filtering import kalman_step, support
 from hri_prediction.promp.learning import smooth_covariance
 from hri_prediction.promp.model import ProMP
 from hri_prediction.promp.regression import fit_weights
+from hri_prediction.tracks.bell import from_rest_to_rest
 
 Array = NDArray[np.float64]
 UNKNOWN = "unknown"
@@ -190,7 +191,8 @@ class BankPrior:
     Args:
         names: Task names, the last one "unknown".
         tasks: (H,) index of each hypothesis' task.
-        durations: (H,) seconds.
+        durations: (H,) seconds between the crossings of the onset speed, as the segmentation cuts.
+        whole_durations: (H,) seconds from rest to rest, see :mod:`hri_prediction.tracks.bell`.
         log_prior: (H,) normalised log weights.
         means: (H, n).
         covariances: (H, n, n).
@@ -201,11 +203,29 @@ class BankPrior:
     names: tuple[str, ...]
     tasks: NDArray[np.int64]
     durations: Array
+    whole_durations: Array
     log_prior: Array
     means: Array
     covariances: Array
     noises: Array
     basis: PhaseBasis
+
+    @property
+    def lead_s(self) -> float:
+        """Expected time from rest to the crossing of the onset speed, seconds."""
+        return float(np.exp(self.log_prior) @ (self.whole_durations - self.durations)) / 2.0
+
+
+def _path_speed(promp: ProMP) -> float:
+    """Largest root mean square speed of the wrist over the phase, metres per phase."""
+    slopes = promp.basis.derivatives(np.linspace(0.0, 1.0, 101))
+    width = promp.basis.count
+    square = np.zeros(len(slopes))
+    for d in range(3, DIMS):
+        own = slice(d * width, (d + 1) * width)
+        square += (slopes @ promp.mean[own]) ** 2
+        square += np.einsum("kw,wv,kv->k", slopes, promp.covariance[own, own], slopes)
+    return math.sqrt(float(square.max()))
 
 
 def bank_prior(tasks: tuple[TaskModel, ...], config: PredictorConfig) -> BankPrior:
@@ -226,10 +246,13 @@ def bank_prior(tasks: tuple[TaskModel, ...], config: PredictorConfig) -> BankPri
     floor = np.eye(DIMS) * config.noise_sd**2
     index = np.concatenate(indices)
     noises = np.stack([np.maximum(m.promp.noise, floor) for m in models])
+    between = np.concatenate(durations)
+    speeds = np.array([_path_speed(m.promp) for m in models])[index] / between
     return BankPrior(
         names=tuple(m.name for m in models),
         tasks=index,
-        durations=np.concatenate(durations),
+        durations=between,
+        whole_durations=from_rest_to_rest(between, config.onset_speed / speeds),
         log_prior=np.log(np.concatenate(priors)),
         means=np.stack([m.promp.mean for m in models])[index],
         covariances=np.stack([m.promp.covariance for m in models])[index],
@@ -308,10 +331,10 @@ class HypothesisBank:
         return np.asarray(shares, dtype=float)
 
     def duration(self) -> tuple[float, float]:
-        """Posterior mean and standard deviation of the duration, seconds."""
-        weights = self.weights
-        mean = float(weights @ self.prior.durations)
-        square = float(weights @ (self.prior.durations - mean) ** 2)
+        """Posterior mean and standard deviation of the duration from rest to rest, seconds."""
+        weights, durations = self.weights, self.prior.whole_durations
+        mean = float(weights @ durations)
+        square = float(weights @ (durations - mean) ** 2)
         return mean, math.sqrt(max(0.0, square))
 
     def moments(self, elapsed_s: float, step_s: float, points: int) -> tuple[Array, Array]:

@@ -254,12 +254,24 @@ class ReachPredictor:
             times_s=self._times.copy(),
             mean=full,
             covariance=spread,
-            onset_ns=self._epoch + round(self._onset_s * 1e9) if moving else self._newest,
+            onset_ns=self._left_rest_ns() if moving else self._newest,
             duration_mean_s=duration[0],
             duration_std_s=duration[1],
             task_names=names,
             task_probabilities=probabilities,
         )
+
+    @property
+    def crossing_ns(self) -> int | None:
+        """When the wrist of the present reach passed the onset speed: what the segmentation cuts at."""
+        if not self._reaching or self._epoch is None:
+            return None
+        return self._epoch + round(self._onset_s * 1e9)
+
+    def _left_rest_ns(self) -> int:
+        lead_s = self._priors[self._side].lead_s if self.library is not None else 0.0
+        assert self._epoch is not None
+        return self._epoch + round((self._onset_s - lead_s) * 1e9)
 
     def _resting(self) -> Array:
         """Last known elbow and wrist (2, 3); an elbow never seen is put half way."""

@@ -17,6 +17,8 @@ from hri_prediction.errors import DataError
 from hri_prediction.tracks.adapters import ADL_RATE_HZ, is_adl_arrays, is_run_arrays
 from hri_prediction.tracks.segmentation import Reach
 
+ONSET_LABEL_SPEED = 0.05
+"""Share of the peak speed at which the ADL Vicon reaches are labelled to begin and to end."""
 PART = "_part"
 """Ending of labels for a piece of a movement that is labelled as a whole as well."""
 IDLE = "idle"
