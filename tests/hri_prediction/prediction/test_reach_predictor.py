@@ -12,7 +12,7 @@ from hri_prediction.prediction import PredictorConfig, ReachPredictor, ReachStat
 from hri_prediction.prediction.input_check import InputCheck
 from hri_prediction.prediction.output import rotated_along
 from hri_prediction.promp import WeightFilter, filtering
-from hri_prediction.tracks.segmentation import regression_speed
+from hri_prediction.tracks.speed import regression_speed
 from hri_prediction.tracks.track import ArmSample
 from hri_prediction.warm import warm_kernels
 

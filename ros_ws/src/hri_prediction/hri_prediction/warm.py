@@ -10,7 +10,8 @@ from hri_prediction.prediction.library import DIMS, TaskModel
 from hri_prediction.promp.basis import PhaseBasis
 from hri_prediction.promp.filtering import WeightFilter
 from hri_prediction.promp.model import ProMP
-from hri_prediction.tracks.segmentation import regression_speed
+from hri_prediction.tracks.crossing import rise_crossing
+from hri_prediction.tracks.speed import regression_speed
 
 
 def warm_kernels() -> None:
@@ -20,6 +21,7 @@ def warm_kernels() -> None:
     they take part in anything, so that no first sample waits for a compiler.
     """
     regression_speed(np.arange(5.0), np.zeros((5, 3)))
+    rise_crossing(np.arange(9.0), np.zeros((9, 3)), 0.04, 4.0, 0.06)
     basis = PhaseBasis(3)
     size = DIMS * basis.count
     promp = ProMP(basis, np.zeros(size), np.eye(size), np.eye(DIMS))

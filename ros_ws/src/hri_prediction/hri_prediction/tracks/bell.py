@@ -14,7 +14,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hri_prediction.tracks.segmentation import Reach, SegmentationConfig, regression_speed
+from hri_prediction.tracks.segmentation import Reach, SegmentationConfig
+from hri_prediction.tracks.speed import regression_speed
 from hri_prediction.tracks.track import ArmTrack
 
 Array = NDArray[np.float64]

@@ -1,16 +1,12 @@
-r"""Onset and end of reaches from the speed of the wrist; streaming, also used offline.
+"""Onset and end of reaches from the speed of the wrist; streaming, also used offline.
 
-Raw differences are useless: 2 mm of noise at 250 Hz reads as 0.7 m/s. The speed is therefore the
-slope of a regression line over a short window, which belongs to the *middle* of that window, and is
-freed of what noise adds to a norm (estimated from the residuals of the same line):
-
-.. math:: \hat v^2 = \max(0, |b|^2 - \operatorname{tr} \operatorname{Cov}(b))
-
-A reach begins when the speed passes ``on_speed`` and is back-dated to where it left
-``onset_speed``; it ends when the speed stays below ``onset_speed`` for ``rest_time``, back-dated to
-where that began. A reach that follows without such a rest (there and back again) begins at the
-dip of the speed between the two. :func:`find_reaches` feeds a whole recording through the same
-code, so that training and prediction cut alike.
+The speed is the slope of a regression line over a short window (:mod:`.speed`), which belongs to the
+*middle* of that window. A reach begins when the speed passes ``on_speed`` and is back-dated to where it
+left ``onset_speed``; it ends when the speed stays below ``onset_speed`` for ``rest_time``, back-dated to
+where that began; both times are refined by a fit to the positions (:mod:`.crossing`). A reach that
+follows without such a rest (there and back again) begins at the dip of the speed between the two.
+:func:`find_reaches` feeds a whole recording through the same code, so that training and prediction cut
+alike.
 """
 
 from __future__ import annotations
@@ -22,11 +18,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hri_prediction.compiled import njit
 from hri_prediction.config import parameter, validate
 from hri_prediction.errors import ConfigError, DataError
+from hri_prediction.tracks.crossing import rise_crossing
+from hri_prediction.tracks.speed import regression_speed
 
 Array = NDArray[np.float64]
+_REST_S = 0.2
+"""Rest before a crossing that an onset is fitted to, and after one for an end [s]."""
+_FIT_REACH_S = 0.06
+"""Farthest that the fit may move a crossing [s]."""
 
 
 @dataclass(frozen=True)
@@ -98,43 +99,6 @@ class Reach:
         return self.end_s - self.onset_s
 
 
-@njit
-def regression_speed(times: Array, points: Array) -> float:
-    """Speed (m/s) of the line through ``points`` (n, 3) at ``times`` (n,), noise removed.
-
-    NaN with fewer than 4 samples or no spread of times. The variance of the slope is estimated
-    from the residuals. They hold curvature too, but its share is small for short windows.
-    """
-    count = times.shape[0]
-    if count < 4:
-        return math.nan
-    mid = 0.0
-    for i in range(count):
-        mid += times[i]
-    mid /= count
-    spread = 0.0
-    for i in range(count):
-        spread += (times[i] - mid) ** 2
-    if spread <= 0.0:
-        return math.nan
-    square = 0.0
-    variance = 0.0
-    for d in range(points.shape[1]):
-        level = 0.0
-        slope = 0.0
-        for i in range(count):
-            level += points[i, d]
-            slope += (times[i] - mid) * points[i, d]
-        level /= count
-        slope /= spread
-        rest = 0.0
-        for i in range(count):
-            rest += (points[i, d] - level - slope * (times[i] - mid)) ** 2
-        square += slope * slope
-        variance += rest / (count - 2) / spread
-    return math.sqrt(max(0.0, square - variance))
-
-
 class ReachSegmenter:
     """Finds onsets and ends in a stream of wrist positions, causally.
 
@@ -181,23 +145,24 @@ class ReachSegmenter:
             self._append(time_s, wrist)
             return Event("lost", last) if was_moving else None
         self._append(time_s, wrist)
-        times = self._times[: self._count]
+        first = self._first_since(time_s - self.config.window)
+        times = self._times[first : self._count]
         # A window that is not nearly full would place its speed at the wrong time.
         if times[-1] - times[0] < 0.7 * self.config.window:
             return None
-        self.speed = float(regression_speed(times, self._points[: self._count]))
+        self.speed = float(regression_speed(times, self._points[first : self._count]))
         if math.isnan(self.speed):
             return None
         middle = 0.5 * float(times[0] + times[-1])
         return self._end(middle) if self.moving else self._start(middle)
 
+    def _first_since(self, time_s: float) -> int:
+        """Row of the first sample that is kept and not older than ``time_s``."""
+        return int(np.searchsorted(self._times[: self._count], time_s - 1e-9, side="left"))
+
     def _append(self, time_s: float, wrist: Array) -> None:
         self._last = time_s
-        first = int(
-            np.searchsorted(
-                self._times[: self._count], time_s - self.config.window - 1e-9, side="left"
-            )
-        )
+        first = self._first_since(time_s - self.config.window - self.config.max_back_date)
         if first:
             keep = self._count - first
             self._times[:keep] = self._times[first : self._count].copy()
@@ -219,7 +184,8 @@ class ReachSegmenter:
             return None
         if self._above is None:
             self._above = middle
-        if middle - self._above < self.config.confirm_time:
+        # Times are sums of rounded steps.
+        if middle - self._above < self.config.confirm_time - 1e-9:
             return None
         self.moving = True
         self.onset_s = self._back_dated_onset()
@@ -234,6 +200,34 @@ class ReachSegmenter:
         self._low, self._low_time = self.speed, middle
 
     def _back_dated_onset(self) -> float:
+        """Where the speed last left ``onset_speed``, by a fit to the positions around."""
+        crossing = self._last_crossing()
+        # From rest on: what came before may be another movement.
+        first = self._first_since(crossing - _REST_S)
+        return float(
+            rise_crossing(
+                self._times[first : self._count],
+                self._points[first : self._count],
+                self.config.onset_speed,
+                crossing,
+                _FIT_REACH_S,
+            )
+        )
+
+    def _back_dated_end(self, below: float) -> float:
+        """Where the speed fell below ``onset_speed``: the same fit, backwards in time."""
+        first = self._first_since(below - 2.0 * _FIT_REACH_S)
+        return -float(
+            rise_crossing(
+                -self._times[first : self._count][::-1],
+                self._points[first : self._count][::-1].copy(),
+                self.config.onset_speed,
+                -below,
+                _FIT_REACH_S,
+            )
+        )
+
+    def _last_crossing(self) -> float:
         """Where the speed last left ``onset_speed``, interpolated between samples."""
         level = self.config.onset_speed
         later = self._speeds[-1]
@@ -261,12 +255,12 @@ class ReachSegmenter:
             return None
         if self._below is None:
             self._below = middle
-        if middle - self._below < self.config.rest_time:
+        if middle - self._below < self.config.rest_time - 1e-9:
             return None
         self.moving = False
         self._above = None
         self._speeds.clear()
-        return Event("end", self._below)
+        return Event("end", self._back_dated_end(self._below))
 
 
 def find_reaches(
