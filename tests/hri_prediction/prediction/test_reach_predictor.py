@@ -205,6 +205,32 @@ def test_clock_going_back_restarts(library, config, reach_maker):
     assert predictor.counters["reaches"] == 2
 
 
+def test_the_present_time_only_decides_whether_a_prediction_is_invalid(
+    library, config, reach_maker
+):
+    """Else what is said live would hang on how late the node's tick comes after a sample."""
+    track = reach_maker("left bin", np.random.default_rng(21))
+    asked, silent = ReachPredictor(library, config), ReachPredictor(library, config)
+    rng = np.random.default_rng(0)
+    states = set()
+    for i, sample in enumerate(track.samples()):
+        if 30 < i < 36:
+            sample = altered(sample, lost=(1, 2, 3))
+        asked.observe(sample)
+        silent.observe(sample)
+        expected = silent.predict()
+        age = (sample.stamp_ns - asked.newest_ns) * 1e-9
+        for late in rng.uniform(0.0, config.stale_time - age - 1e-3, 3):
+            found = asked.predict(sample.stamp_ns + round(late * 1e9))
+            assert (found.state, found.reason) == (expected.state, expected.reason)
+            states.add(found.state)
+            np.testing.assert_array_equal(found.mean, expected.mean)
+            np.testing.assert_array_equal(found.covariance, expected.covariance)
+            assert found.stamp_ns == asked.newest_ns
+        assert asked.predict(sample.stamp_ns + 10**9).state == ReachState.INVALID
+    assert states == {ReachState.IDLE, ReachState.REACHING}
+
+
 def test_side_change_restarts(library, config, reach_maker):
     track = reach_maker("left bin", np.random.default_rng(14))
     predictor = ReachPredictor(library, config)

@@ -199,8 +199,16 @@ class ReachPredictor:
 
     # -- output -----------------------------------------------------------------------------
 
+    @property
+    def newest_ns(self) -> int:
+        """Stamp of the newest sample used, which the next prediction will bear; 0 before any [ns]."""
+        return self._newest
+
     def predict(self, now_ns: int | None = None) -> Prediction | None:
         """The prediction from the newest sample on, or None until shoulder and wrist were seen.
+
+        What it says follows from the samples alone, whenever and however often it is asked for; the
+        present time only decides whether the state is INVALID.
 
         Args:
             now_ns: Present time on the samples' clock, to notice that samples stopped coming;
@@ -226,7 +234,8 @@ class ReachPredictor:
         elif moving:
             mean, covariance = self._constant_velocity(elbow_wrist)
         else:
-            mean, covariance = self._hold(elbow_wrist, min(max(age, 0.0), 10.0))
+            # By the samples' clock: how late this is asked for must not change what is said.
+            mean, covariance = self._hold(elbow_wrist, min(max(latest - self._usable_s, 0.0), 10.0))
         resting = elbow_wrist - self._known[0]
         lengths = np.linalg.norm(np.diff(np.vstack((np.zeros(3), resting)), axis=0), axis=1)
         mean = within_reach(self._known[0], mean, float(lengths[0]), float(lengths[1]))
@@ -311,9 +320,10 @@ class ReachPredictor:
         covariance += np.eye(3) * self.config.noise_sd**2
         return mean, covariance
 
-    def _hold(self, elbow_wrist: Array, age: float) -> tuple[Array, Array]:
+    def _hold(self, elbow_wrist: Array, unseen: float) -> tuple[Array, Array]:
+        """A resting arm: (K, 2, 3) and (K, 2, 3, 3); ``unseen`` [s] is how long it has been so."""
         mean = np.broadcast_to(elbow_wrist, (self._points, 2, 3)).copy()
-        growth = self.config.idle_growth * self._times + self.config.max_speed * 0.1 * age
+        growth = self.config.idle_growth * self._times + self.config.max_speed * 0.1 * unseen
         variance = self.config.idle_sd**2 + growth**2
         covariance = np.broadcast_to(
             variance[:, None, None, None] * np.eye(3), (self._points, 2, 3, 3)
