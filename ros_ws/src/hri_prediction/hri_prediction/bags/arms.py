@@ -69,8 +69,9 @@ def arm_tracks(
         max_gap_s: Longest gap within a track [s].
 
     Returns:
-        By body, then by time; ``subject`` is the body id and ``trial`` counts from 0. Pieces of
-        fewer than two samples are left out.
+        By body, then by time; ``subject`` is the body id, ``task`` what the bag says it is (as
+        :func:`.write_arm_bag` notes it) or empty, and ``trial`` counts from 0. Pieces of fewer than
+        two samples are left out.
 
     Raises:
         DataError: the bag is damaged, or holds no such arm.
@@ -96,6 +97,7 @@ def arm_tracks(
                     keypoints=np.array([sample.keypoints for sample in piece]),
                     side=piece[0].side,
                     subject=body,
+                    task=bag.custom_data.get("task", ""),
                     trial=trial,
                     source=f"{Path(path).name} at {stamps[0]} ns",
                 )
