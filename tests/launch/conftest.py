@@ -16,6 +16,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent))
 
 from launched import Launched
+from terminals import Terminals
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPT = ROOT / "scripts" / "launch_ptomp.py"
@@ -52,3 +53,11 @@ def launch(tmp_path: Path) -> Iterator[Callable[..., Launched]]:
     for process in everything:
         with contextlib.suppress(psutil.NoSuchProcess):
             process.kill()
+
+
+@pytest.fixture
+def terminals(tmp_path: Path) -> Iterator[Terminals]:
+    """Terminals in a folder and a ROS domain of the test's own; whatever runs in them is ended."""
+    opened = Terminals(tmp_path, 1 + (os.getpid() + 31) % 100)
+    yield opened
+    opened.end()

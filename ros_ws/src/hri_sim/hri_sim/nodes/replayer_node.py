@@ -126,6 +126,11 @@ class ReplayerNode(HriNode):
         return self.announce(kind, name, qos)
 
     @property
+    def topics(self) -> list[str]:
+        """Full names of the topics that it plays on."""
+        return sorted(publisher.topic for publisher in self._topics.values())
+
+    @property
     def finished(self) -> bool:
         """The playback has come to its end."""
         return self.player.finished

@@ -24,7 +24,8 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="replay_mocap.py",
         description="Play the arms of a bag, or a trial of a track file (.npz, .csv, QTM .tsv), "
-        "into /humans/bodies/<id>/arm and, for the scene, /sim/bodies/<id>/arm.",
+        "into /humans/bodies/<id>/arm and, for the scene, /sim/bodies/<id>/arm. To predict from "
+        "them, start the predictor (and, to keep what it says, the recorder) before.",
     )
     parser.add_argument("file", help="bag folder, .mcap file or track file")
     parser.add_argument("--trial", type=int, default=-1, metavar="N", help="track, from 0")
@@ -38,10 +39,19 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--topics", nargs="+", default=[], metavar="REGEX", help="topics of the bag to play instead"
     )
-    parser.add_argument("--original-stamps", action="store_true", help="keep the recorded stamps")
+    parser.add_argument(
+        "--original-stamps",
+        action="store_true",
+        help="keep the recorded stamps, which nodes on another clock take for stale",
+    )
     parser.add_argument("--no-truth", action="store_true", help="leave /sim/bodies/<id>/arm alone")
     parser.add_argument(
-        "--delay", type=float, default=0.5, metavar="S", help="time before the start (0.5 s)"
+        "--delay",
+        type=float,
+        default=2.0,
+        metavar="S",
+        help="time before the start (2 s): those who listen take up to a second to find the topics, "
+        "and would miss what is played before",
     )
     return parser
 
@@ -80,9 +90,10 @@ def main(argv: list[str] | None = None) -> int:
         console = Console(stderr=True)
         console.print(
             f"playing {playback.name}: {playback.duration_ns * 1e-9:.2f} s "
-            f"at speed {options.rate:g} on {', '.join(sorted(playback.types))}",
+            f"at speed {options.rate:g} on {', '.join(node.topics)}",
             markup=False,
             highlight=False,
+            soft_wrap=True,
         )
         with console.status("playing"):
             while rclpy.ok(context=context) and not node.finished:
