@@ -13,19 +13,23 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 
 
+def block(document: str, heading: str, language: str) -> str:
+    """The first block of code in a language after a heading."""
+    text = (ROOT / document).read_text().partition(heading)[2]
+    return text.partition(f"```{language}\n")[2].partition("```")[0]
+
+
 def recipe(document: str, heading: str) -> list[list[str]]:
     """The commands of the first block after a heading, with the Python that runs the tests."""
-    text = (ROOT / document).read_text().partition(heading)[2]
-    block = text.partition("```bash\n")[2].partition("```")[0].replace("\\\n", " ")
-    commands = [shlex.split(line, comments=True) for line in block.splitlines()]
-    # Inputs are found from any folder; outputs go where the test runs.
+    lines = block(document, heading, "bash").replace("\\\n", " ").splitlines()
     return [
+        # Inputs are found from any folder; outputs go where the test runs.
         [
             sys.executable,
-            *(str(ROOT / w) if w.startswith(("scripts/", "examples/")) else w for w in c),
+            *(f"{ROOT}/{w}" if w.startswith(("scripts/", "examples/")) else w for w in c),
         ]
-        for c in commands
-        if c
+        for line in lines
+        if (c := shlex.split(line, comments=True))
     ]
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from terminals import Terminals, recipe, wait_for
+from terminals import Terminals, block, recipe, wait_for
 
 from hri_prediction.bags.arms import arm_samples
 from hri_prediction.bags.predictions import recorded_predictions
@@ -20,9 +20,8 @@ from hri_prediction.ros.arm_bag import body_id_of, write_arm_bag
 from hri_prediction.tracks.files import load_tracks
 from hri_prediction.tracks.seating import suggest_placement
 
-IMPORT, TRAIN, PREDICTOR, RECORDER, REPLAY, COMPARE = recipe(
-    "docs/recordings.md", "## A recording through the live predictor"
-)
+HEADING = "## A recording through the live predictor"
+IMPORT, TRAIN, PREDICTOR, RECORDER, REPLAY, COMPARE = recipe("docs/recordings.md", HEADING)
 SOURCE, PREDICTED, LIBRARY = "runs/reach_bag", "runs/predicted", "runs/library/library.npz"
 PERIOD_S = 0.02
 
@@ -86,13 +85,18 @@ def same(found: Prediction, expected: Prediction, shift: int) -> bool:
     )
 
 
-def test_the_recipe_for_a_simulated_recording(terminals: Terminals) -> None:
+def test_the_recipe_for_a_simulated_recording(
+    terminals: Terminals, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     terminals.run(IMPORT)
     terminals.run(TRAIN)
     assert "the same as offline" in replay(terminals)
     counts = check(terminals.folder, "ann")
     assert counts[ReachState.REACHING] > 25
     assert counts[ReachState.IDLE] > 25
+    monkeypatch.chdir(terminals.folder)
+    exec(block("docs/recordings.md", HEADING, "python"), {})
+    assert len(capsys.readouterr().out.splitlines()) == 200
     (library,) = recorded_predictions(BagReader(terminals.folder / PREDICTED))["ann"].libraries
     assert library == LIBRARY
     assert [t.name for t in TaskLibrary.load(terminals.folder / LIBRARY).tasks] == ["cup"]

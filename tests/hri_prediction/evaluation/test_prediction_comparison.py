@@ -141,7 +141,7 @@ def test_another_library_or_configuration_gives_it_away(live, source: Path, tmp_
 
 
 def test_bags_that_cannot_be_compared_are_refused(
-    live, source: Path, tmp_path: Path, track: ArmTrack, recordings: list[Recording]
+    live, source: Path, tmp_path: Path, library: Path, recordings: list[Recording]
 ) -> None:
     other = recordings[1].track
     write_arm_bag(tmp_path / "other", other)
@@ -155,6 +155,8 @@ def test_bags_that_cannot_be_compared_are_refused(
         compare_bags(folder, tmp_path / "other")
     with pytest.raises(DataError, match="bob holds no arm of ann"):
         compare_bags(folder, tmp_path / "bob")
+    with pytest.raises(DataError, match=r"library\.npz is no bag"):
+        compare_bags(folder, library)
 
 
 def test_the_library_is_the_one_that_is_named(live, source: Path, library: Path) -> None:

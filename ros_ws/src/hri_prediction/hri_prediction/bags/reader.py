@@ -92,6 +92,10 @@ class BagReader:
 
     def _find_files(self) -> tuple[Path, ...]:
         if self.path.is_file():
+            with _reading(self.path), self.path.open("rb") as stream:
+                begin = stream.read(len(MAGIC))
+            if not MAGIC.startswith(begin):
+                raise DataError(f"{self.path} is no bag", expected="a folder or an .mcap file")
             return (self.path,)
         if not self.path.is_dir():
             raise DataError(f"there is no bag {self.path}", expected="a folder or an .mcap file")
