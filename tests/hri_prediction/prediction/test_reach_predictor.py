@@ -231,6 +231,29 @@ def test_the_present_time_only_decides_whether_a_prediction_is_invalid(
     assert states == {ReachState.IDLE, ReachState.REACHING}
 
 
+@pytest.mark.parametrize("rate", [100.0, 250.0])
+def test_when_the_first_sample_was_plays_no_part(library, config, reach_maker, rate):
+    """Samples lie on thresholds of time, such as 0.4 s: rounding must not choose the side."""
+    track = reach_maker("left bin", np.random.default_rng(22), rate=rate)
+    samples = list(track.samples(10_000_000_000))
+
+    def predictions(first):
+        predictor = ReachPredictor(library, config)
+        for number, sample in enumerate(samples[first:], first):
+            predictor.observe(sample)
+            if sample.stamp_ns > 10_550_000_000 and number % 3 == 0:
+                yield predictor.predict()
+
+    expected = list(predictions(0))
+    assert sum(p.state == ReachState.REACHING for p in expected) > 0.25 * rate
+    for first in range(1, 10):
+        for a, b in zip(predictions(first), expected, strict=True):
+            assert (a.state, a.stamp_ns) == (b.state, b.stamp_ns)
+            assert abs(a.onset_ns - b.onset_ns) <= 1
+            np.testing.assert_allclose(a.mean, b.mean, rtol=0.0, atol=1e-9)
+            np.testing.assert_allclose(a.covariance, b.covariance, rtol=0.0, atol=1e-9)
+
+
 def test_side_change_restarts(library, config, reach_maker):
     track = reach_maker("left bin", np.random.default_rng(14))
     predictor = ReachPredictor(library, config)

@@ -16,6 +16,8 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
+from hri_prediction.tracks.segmentation import ROUNDING_S
+
 Array = NDArray[np.float64]
 
 LEVEL = 0.95
@@ -70,9 +72,12 @@ class OnlineCalibration:
         if self._before is not None:
             begin_s, begin = self._before
             for k, waiting in enumerate(self._pending):
-                while waiting and waiting[0][0] <= now_s:
+                while waiting and waiting[0][0] <= now_s + ROUNDING_S:
                     due_s, mean, covariance = waiting.popleft()
-                    if due_s < begin_s or now_s - begin_s > _LONGEST_GAP_S:
+                    if (
+                        due_s < begin_s - ROUNDING_S
+                        or now_s - begin_s > _LONGEST_GAP_S + ROUNDING_S
+                    ):
                         continue  # the wrist was not seen then
                     share = (due_s - begin_s) / (now_s - begin_s)
                     self._score(k, begin + share * (wrist - begin) - mean, covariance)

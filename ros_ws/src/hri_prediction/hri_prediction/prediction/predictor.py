@@ -14,7 +14,7 @@ from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.input_check import InputCheck
 from hri_prediction.prediction.library import DIMS, TaskLibrary
 from hri_prediction.prediction.output import Prediction, ReachState, whole_arm, within_reach
-from hri_prediction.tracks.segmentation import ReachSegmenter
+from hri_prediction.tracks.segmentation import ROUNDING_S, ReachSegmenter
 from hri_prediction.tracks.track import ArmSample
 
 Array = NDArray[np.float64]
@@ -114,14 +114,15 @@ class ReachPredictor:
         self._remember(points, verdict.usable)
         if not (verdict.usable[1] or verdict.usable[2]):
             return
-        if self._usable_s > -math.inf and now - self._usable_s > self.config.max_gap:
-            self._reason = f"restarted after {now - self._usable_s:.2f} s without the arm"
+        missed = now - self._usable_s if self._usable_s > -math.inf else 0.0
+        if missed > self.config.max_gap + ROUNDING_S:
+            self._reason = f"restarted after {missed:.2f} s without the arm"
             self._count("gaps")
             self._stop()
             self._buffer.clear()
         self._usable_s = now
         self._buffer.append((now, points))
-        while now - self._buffer[0][0] > self.config.buffer_time:
+        while now - self._buffer[0][0] > self.config.buffer_time + ROUNDING_S:
             self._buffer.popleft()
         event = None
         if verdict.usable[2]:
@@ -154,9 +155,9 @@ class ReachPredictor:
         chosen = []
         due = math.inf
         for time_s, points in reversed(self._buffer):
-            if time_s < onset_s - 0.5 * self.config.update_interval:
+            if time_s < onset_s - 0.5 * self.config.update_interval - ROUNDING_S:
                 break
-            if time_s <= due + 1e-9:
+            if time_s <= due + ROUNDING_S:
                 chosen.append((time_s, points))
                 due = time_s - self.config.update_interval
         for time_s, points in reversed(chosen):
@@ -170,7 +171,7 @@ class ReachPredictor:
         seen = [(abs(t - time_s), p[0]) for t, p in self._buffer if not math.isnan(p[0, 0])]
         if not seen:
             return self._known[0].copy()
-        near = [p for gap, p in seen if gap <= 0.02]
+        near = [p for gap, p in seen if gap <= 0.02 + ROUNDING_S]
         if near:
             mean: Array = np.mean(near, axis=0)
             return mean
@@ -180,7 +181,7 @@ class ReachPredictor:
         """Condition the bank, at most once every ``update_interval``."""
         if self.library is None or math.isnan(self._reference[0]):
             return
-        if time_s - self._updated_s < self.config.update_interval - 1e-6:
+        if time_s - self._updated_s < self.config.update_interval - ROUNDING_S:
             return
         self._updated_s = time_s
         value = (points[1:3] - self._reference).ravel()
@@ -222,7 +223,7 @@ class ReachPredictor:
         state = ReachState.REACHING if self._reaching else ReachState.IDLE
         reason = self._reason
         age = now - self._usable_s
-        if age > self.config.stale_time:
+        if age > self.config.stale_time + ROUNDING_S:
             state = ReachState.INVALID
             text = f"no usable sample for {age:.2f} s" if math.isfinite(age) else "arm not seen"
             reason = f"{text} ({reason})" if reason else text
@@ -335,7 +336,7 @@ class ReachPredictor:
         recent = [
             (t, p[1:3].ravel())
             for t, p in self._buffer
-            if t >= self._usable_s - self.config.velocity_window
+            if t >= self._usable_s - self.config.velocity_window - ROUNDING_S
         ]
         times = np.array([t for t, _ in recent])
         values = np.array([v for _, v in recent])

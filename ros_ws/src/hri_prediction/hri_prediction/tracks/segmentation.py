@@ -29,6 +29,10 @@ _REST_S = 0.2
 _FIT_REACH_S = 0.06
 """Farthest that the fit may move a crossing [s]."""
 
+ROUNDING_S = 1e-6
+"""To spare where times are compared [s]: samples often lie on a threshold, and on which side of it must not
+hang on rounding, and so on when the first sample was."""
+
 
 @dataclass(frozen=True)
 class SegmentationConfig:
@@ -139,7 +143,7 @@ class ReachSegmenter:
         """
         if self._last is not None and time_s <= self._last:
             raise DataError(f"time {time_s}", expected=f"later than {self._last}")
-        if self._last is not None and time_s - self._last > self.config.max_gap:
+        if self._last is not None and time_s - self._last > self.config.max_gap + ROUNDING_S:
             was_moving, last = self.moving, self._last
             self.reset()
             self._append(time_s, wrist)
@@ -148,7 +152,7 @@ class ReachSegmenter:
         first = self._first_since(time_s - self.config.window)
         times = self._times[first : self._count]
         # A window that is not nearly full would place its speed at the wrong time.
-        if times[-1] - times[0] < 0.7 * self.config.window:
+        if times[-1] - times[0] < 0.7 * self.config.window - ROUNDING_S:
             return None
         self.speed = float(regression_speed(times, self._points[first : self._count]))
         if math.isnan(self.speed):
@@ -158,7 +162,7 @@ class ReachSegmenter:
 
     def _first_since(self, time_s: float) -> int:
         """Row of the first sample that is kept and not older than ``time_s``."""
-        return int(np.searchsorted(self._times[: self._count], time_s - 1e-9, side="left"))
+        return int(np.searchsorted(self._times[: self._count], time_s - ROUNDING_S, side="left"))
 
     def _append(self, time_s: float, wrist: Array) -> None:
         self._last = time_s
@@ -177,15 +181,14 @@ class ReachSegmenter:
 
     def _start(self, middle: float) -> Event | None:
         self._speeds.append((middle, self.speed))
-        while middle - self._speeds[0][0] > self.config.max_back_date:
+        while middle - self._speeds[0][0] > self.config.max_back_date + ROUNDING_S:
             self._speeds.popleft()
         if self.speed < self.config.on_speed:
             self._above = None
             return None
         if self._above is None:
             self._above = middle
-        # Times are sums of rounded steps.
-        if middle - self._above < self.config.confirm_time - 1e-9:
+        if middle - self._above < self.config.confirm_time - ROUNDING_S:
             return None
         self.moving = True
         self.onset_s = self._back_dated_onset()
@@ -255,7 +258,7 @@ class ReachSegmenter:
             return None
         if self._below is None:
             self._below = middle
-        if middle - self._below < self.config.rest_time - 1e-9:
+        if middle - self._below < self.config.rest_time - ROUNDING_S:
             return None
         self.moving = False
         self._above = None
