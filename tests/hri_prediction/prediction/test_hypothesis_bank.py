@@ -13,6 +13,7 @@ from hri_prediction.prediction.bank import (
     unknown_task,
 )
 from hri_prediction.prediction.config import PredictorConfig
+from hri_prediction.promp.model import ProMP
 from hri_prediction.tracks.bell import from_rest_to_rest
 
 SEEN = np.ones(6, dtype=bool)
@@ -155,10 +156,39 @@ def test_restart_forgets(library, config):
     np.testing.assert_array_equal(bank.log_weights, bank.prior.log_prior)
 
 
-def test_unknown_task_reaches_anywhere(config):
-    from hri_prediction.promp import PhaseBasis
-
-    model = unknown_task(PhaseBasis(8), config).promp
+def test_unknown_task_reaches_anywhere(library, config):
+    task = unknown_task(library.tasks, config)
+    model = task.promp
     start, end = model.trajectory_covariance([0.0, 1.0])
     assert np.linalg.eigvalsh(model.covariance).min() > 0.0
     assert end[3, 3] - start[3, 3] == pytest.approx(config.unknown_sd**2, rel=0.2)
+
+
+def test_unknown_task_is_as_long_and_lasts_as_long_as_the_known_ones(library, config):
+    usual = np.exp(np.mean([np.log(task.duration_mean_s) for task in library.tasks]))
+    task = unknown_task(library.tasks, config)
+    assert task.duration_mean_s == pytest.approx(usual, rel=0.05)
+    assert task.duration_log_sd >= config.unknown_duration_sd
+    slow = tuple(
+        dataclasses.replace(known, duration_mean_s=2.0 * known.duration_mean_s)
+        for known in library.tasks
+    )
+    assert unknown_task(slow, config).duration_mean_s == pytest.approx(2.0 * task.duration_mean_s)
+    # Reaches three times as long: an unknown one may be as long as these.
+    far = tuple(
+        dataclasses.replace(
+            known,
+            promp=ProMP(
+                known.promp.basis,
+                3.0 * known.promp.mean,
+                known.promp.covariance,
+                known.promp.noise,
+            ),
+        )
+        for known in library.tasks
+    )
+    spread = unknown_task(far, config).promp.trajectory_covariance([0.0, 1.0])
+    length = [np.ptp(known.promp.trajectory_mean([0.0, 1.0])[:, 3:], axis=0) for known in far]
+    expected = float(np.mean(np.square(length)))
+    assert expected > config.unknown_sd**2
+    assert spread[1, 3, 3] - spread[0, 3, 3] == pytest.approx(expected, rel=0.2)

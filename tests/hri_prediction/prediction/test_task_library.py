@@ -13,6 +13,8 @@ from hri_prediction.prediction.cli import train_main
 from hri_prediction.prediction.training import train
 from hri_prediction.tracks.files import save_tracks
 
+LEFT = np.array([-0.45, -0.25, -0.1])
+
 
 def test_library_describes_its_tracks(library):
     assert [(t.name, t.side) for t in library.tasks] == [
@@ -152,3 +154,28 @@ def test_config_is_checked():
         PredictorConfig(onset_speed=0.5)
     with pytest.raises(ConfigError, match="output"):
         PredictorConfig(output="median")
+
+
+def test_a_task_seen_once_varies_as_the_others_do(reach_maker):
+    rng = np.random.default_rng(1)
+    often = [
+        reach_maker("left bin", rng, trial=i, duration=float(length), target=LEFT + shift)
+        for i, (length, shift) in enumerate(
+            zip(np.linspace(0.7, 1.5, 6), 0.06 * rng.standard_normal((6, 3)), strict=True)
+        )
+    ]
+    once = reach_maker("right bin", rng, duration=1.0)
+    among = train_library([*often, once])
+    known, single = among.tasks
+    assert (known.demonstrations, single.demonstrations) == (6, 1)
+    alone = train_library([once]).tasks[0]
+    assert alone.duration_log_sd == pytest.approx(0.1, rel=0.05)
+    assert single.duration_log_sd > 2.0 * alone.duration_log_sd
+    spread, narrow = (
+        np.sqrt(np.trace(task.promp.trajectory_covariance([1.0])[0][3:, 3:]))
+        for task in (single, alone)
+    )
+    assert spread > 1.3 * narrow
+    # What was seen often speaks for itself.
+    steady = train_library(often).tasks[0]
+    assert known.duration_log_sd == pytest.approx(steady.duration_log_sd)

@@ -4,8 +4,8 @@ Each observation multiplies a hypothesis' weight by its likelihood (log space, t
 the model's errors are correlated in time), and a little of every weight returns to the prior, so
 that the belief can switch. The output is the first two moments of the mixture.
 
-One more task, "unknown", is a wide minimum-jerk reach to anywhere: it wins when nothing in the
-library explains what is seen.
+One more task, "unknown", is a wide minimum-jerk reach to anywhere, as long as the library's usually
+are: it wins when nothing in the library explains what is seen.
 """
 
 from __future__ import annotations
@@ -163,25 +163,37 @@ def mix_bank(
                     out_cov[k, b, i, j] -= out_mean[k, 3 * b + i] * out_mean[k, 3 * b + j]
 
 
-def unknown_task(basis: PhaseBasis, config: PredictorConfig) -> TaskModel:
+def unknown_task(tasks: tuple[TaskModel, ...], config: PredictorConfig) -> TaskModel:
     """A wide reach along minimum-jerk lines from anywhere to anywhere, with smooth detours.
 
-    The elbow follows the wrist by half, give or take; the start is as wide as an arm.
+    It is as long, and lasts as long, as the movements of the library do. The elbow follows the wrist by
+    half, give or take; the start is as wide as an arm.
     """
+    basis = tasks[0].promp.basis
+    share = np.array([max(task.demonstrations, 1) for task in tasks], dtype=float)
+    share /= share.sum()
+    logs = np.log([task.duration_mean_s for task in tasks])
+    log_mean = float(share @ logs)
+    log_variance = float(
+        share @ ((logs - log_mean) ** 2 + np.array([task.duration_log_sd**2 for task in tasks]))
+    )
+    ends = np.stack([task.promp.trajectory_mean([0.0, 1.0])[:, 3:] for task in tasks])
+    usual = math.sqrt(float(share @ np.mean((ends[:, 1] - ends[:, 0]) ** 2, axis=1)))
     phases = np.linspace(0.0, 1.0, 101)
     profile = phases**3 * (10.0 - 15.0 * phases + 6.0 * phases**2)
     rise = fit_weights(basis, phases, profile[:, None], 1e-9)
     level = np.ones(basis.count)
     start = np.kron(np.eye(DIMS), np.outer(level, level)) * 0.3**2
     coupling = np.array([[0.4, 0.5], [0.5, 1.0]])
-    displacement = np.kron(coupling, np.eye(3)) * config.unknown_sd**2
+    displacement = np.kron(coupling, np.eye(3)) * max(config.unknown_sd, usual) ** 2
     reach = np.kron(displacement, np.outer(rise, rise))
-    detour = smooth_covariance(basis, DIMS, config.learning) * 0.03**2
+    detour = smooth_covariance(basis, DIMS, config.learning) * config.unknown_detour_sd**2
     covariance = start + reach + detour
     promp = ProMP(
         basis, np.zeros(DIMS * basis.count), covariance, np.eye(DIMS) * config.noise_sd**2
     )
-    return TaskModel(UNKNOWN, "any", promp, config.unknown_duration, 0.4, 0, 0.0)
+    log_sd = math.sqrt(log_variance + config.unknown_duration_sd**2)
+    return TaskModel(UNKNOWN, "any", promp, math.exp(log_mean), log_sd, 0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -231,7 +243,7 @@ def _path_speed(promp: ProMP) -> float:
 def bank_prior(tasks: tuple[TaskModel, ...], config: PredictorConfig) -> BankPrior:
     """Spread every task, and "unknown", over a log-normal grid of durations."""
     basis = tasks[0].promp.basis
-    models = (*tasks, unknown_task(basis, config))
+    models = (*tasks, unknown_task(tasks, config))
     scale = np.linspace(-config.duration_range, config.duration_range, config.durations)
     scale = scale if config.durations > 1 else np.zeros(1)
     share = np.exp(-0.5 * scale**2)

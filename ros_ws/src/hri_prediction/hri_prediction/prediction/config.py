@@ -86,10 +86,19 @@ class PredictorConfig:
         0.05, "prior probability that a reach is none of the library's tasks", low=1e-6, high=1.0
     )
     unknown_sd: float = parameter(
-        0.25, "spread of the displacement of an unknown reach", unit="m", low=0.01
+        0.25,
+        "spread of the displacement of an unknown reach; larger where the library's reaches are longer",
+        unit="m",
+        low=0.01,
     )
-    unknown_duration: float = parameter(
-        0.9, "typical duration of an unknown reach", unit="s", low=0.1
+    unknown_duration_sd: float = parameter(
+        0.3,
+        "spread of the logarithm of its duration, on top of that of the library's reaches",
+        low=0.01,
+        high=2.0,
+    )
+    unknown_detour_sd: float = parameter(
+        0.1, "how far it strays from a minimum-jerk line (standard deviation)", unit="m", low=0.001
     )
     inflation: float = parameter(
         1.0, "factor on the predicted covariance (calibration)", low=0.01, high=100.0

@@ -190,8 +190,12 @@ def learn_task(
     durations: Array,
     subjects: Sequence[str],
     config: PredictorConfig,
+    usual_log_sd: float = 0.0,
 ) -> TaskModel:
     """Learn one task from its reaches, their durations (N,) and who did them.
+
+    ``usual_log_sd`` is the standard deviation of log duration that is usual for a task: it counts for one
+    reach, and matters where there are few.
 
     With several subjects the library is meant for a new one: a person's reaches resemble each
     other, so they count for fewer independent ones (`person_correlation`).
@@ -210,8 +214,9 @@ def learn_task(
     logs = np.log(durations)
     total = float(weights.sum())
     log_mean = float(weights @ logs) / total
-    # Shrunk towards the smallest spread by one pseudo-observation, widened for the mean's error.
-    spread = float(weights @ (logs - log_mean) ** 2) + config.min_duration_cv**2
+    # Shrunk towards the usual spread by one pseudo-observation, widened for the mean's error.
+    usual = max(usual_log_sd, config.min_duration_cv)
+    spread = float(weights @ (logs - log_mean) ** 2) + usual**2
     log_sd = math.sqrt(spread / (total + 1.0) * (1.0 + 1.0 / total))
     return TaskModel(
         name=name,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
@@ -96,6 +97,24 @@ def _by_movement(groups: dict[tuple[str, str], _Group]) -> dict[tuple[str, str],
     return split
 
 
+def _usual_spread(groups: Iterable[_Group]) -> tuple[float, float]:
+    """Standard deviations within a task, over all tasks: of paths [m] and of log durations.
+
+    Zero when no task has two reaches.
+    """
+    paths = durations = 0.0
+    count = 0
+    for group in groups:
+        values = np.stack([d.values for d in group.reaches])
+        logs = np.log(group.durations)
+        paths += float(np.sum((values - values.mean(axis=0)) ** 2)) / values[0].size
+        durations += float(np.sum((logs - logs.mean()) ** 2))
+        count += len(logs) - 1
+    if count == 0:
+        return 0.0, 0.0
+    return math.sqrt(paths / count), math.sqrt(durations / count)
+
+
 def seated(track: ArmTrack, place: str) -> ArmTrack:
     """The track turned as the graph seats people.
 
@@ -176,6 +195,9 @@ def train(
             fores.append(float(np.median(np.linalg.norm(points[:, 2] - points[:, 1], axis=1))))
     if group_by == "movement":
         groups = _by_movement(groups)
+    # A task of which little was seen varies as the others do.
+    path_sd, log_sd = _usual_spread(groups.values())
+    wide = replace(settings, prior_sd=max(settings.prior_sd, path_sd))
     models, reports, kept = [], [], []
     for (name, side), group in sorted(groups.items()):
         if len(group.reaches) < settings.min_demonstrations:
@@ -187,7 +209,7 @@ def train(
         if progress is not None:
             progress(f"{name} ({side}): {len(group.reaches)} reaches")
         model = learn_task(
-            name, side, group.reaches, np.array(group.durations), group.subjects, settings
+            name, side, group.reaches, np.array(group.durations), group.subjects, wide, log_sd
         )
         ends = np.stack([d.values[-1, 3:] for d in group.reaches])
         spread = float(np.sqrt(np.mean(np.sum((ends - ends.mean(axis=0)) ** 2, axis=1))))
