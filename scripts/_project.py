@@ -4,6 +4,7 @@ Standard library only, and old syntax on purpose: this runs in whatever ``python
 """
 
 import fcntl
+import json
 import os
 import runpy
 import signal
@@ -38,6 +39,34 @@ def environment():
     env.update(runpy.run_path(str(DISCOVERY))["stay_on_this_machine"](env))
     env["HRI_PROJECT_ROOT"] = str(ROOT)
     return env
+
+
+def installed():
+    """Whether a set-up has been completed here, be it an older one."""
+    try:
+        stamps = json.loads((VENV / ".setup.json").read_text())
+    except (OSError, ValueError):
+        return False
+    return isinstance(stamps, dict) and "hri_sim" in stamps
+
+
+def help_asked():
+    """Whether the script was asked for its help, and not the node that it is to start."""
+    own = sys.argv[1:]
+    for end in ("--", "--ros-args"):
+        own = own[: own.index(end)] if end in own else own
+    return "--help" in own or "-h" in own
+
+
+def show_short_help():
+    """What can be said without the libraries: nobody waits minutes for a set-up to read a help."""
+    about = (sys.modules["__main__"].__doc__ or "").strip()
+    about = about.replace("; see --help.", ".")
+    print("usage: %s [OPTIONS] [ARGUMENTS]\n\n%s\n" % (Path(sys.argv[0]).name, about))
+    print(
+        "Nothing is set up here yet. ./scripts/setup does that, which takes some minutes the first\n"
+        "time; --help then shows all options and arguments."
+    )
 
 
 def _end_as_asked(number, frame):
@@ -87,6 +116,11 @@ def main(module, function="main", setup=(), graph=False):
     """
     signal.signal(signal.SIGTERM, _end_as_asked)
     if Path(sys.prefix).resolve() != VENV.resolve() or not os.environ.get("HRI_PROJECT_ROOT"):
+        if help_asked():
+            if not installed():
+                show_short_help()
+                sys.exit(0)
+            setup = ()  # a help needs nothing on top
         code = _set_up(setup if graph else list(setup) + ["--no-wait"])
         if code:
             sys.exit(code)

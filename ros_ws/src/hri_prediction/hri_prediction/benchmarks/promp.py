@@ -165,7 +165,7 @@ def write_results(out: Path, results: dict[str, Any]) -> None:
     (out / "results.md").write_text("\n".join(lines))
 
 
-@app.command()
+@app.command(context_settings={"help_option_names": ["-h", "--help"]})
 def benchmark(
     out: Annotated[Path, typer.Option(help="Folder for results.json and results.md.")],
     seed: Annotated[int, typer.Option(help="Seed of the movements that are drawn.", min=0)] = 0,

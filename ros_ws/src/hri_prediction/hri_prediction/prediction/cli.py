@@ -108,7 +108,7 @@ def write_results(result: TrainingResult, out: Path, seed: int, origin: dict[str
     plot_library(result, out / "wrist.png", np.random.default_rng(seed))
 
 
-@app.command()
+@app.command(context_settings={"help_option_names": ["-h", "--help"]})
 def train_promp(
     files: Annotated[
         list[Path],

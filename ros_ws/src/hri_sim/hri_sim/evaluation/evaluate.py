@@ -218,7 +218,7 @@ def check_choice(option: str, value: str, choices: Sequence[str]) -> None:
         raise ConfigError(f"{option} {value}", expected="one of " + ", ".join(choices))
 
 
-@app.command()
+@app.command(context_settings={"help_option_names": ["-h", "--help"]})
 def evaluate_prediction(
     out: Annotated[Path, typer.Option(help="Folder for results.json, results.md, plots, folds.")],
     data: Annotated[

@@ -238,7 +238,7 @@ def _short(results: Mapping[str, Any]) -> dict[str, Any]:
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 
 
-@app.command()
+@app.command(context_settings={"help_option_names": ["-h", "--help"]})
 def reproduce_prediction(
     out: Annotated[
         Path, typer.Option(help="Folder for prediction.md, prediction.json and prediction/*.png.")

@@ -165,7 +165,7 @@ def write_results(out: Path, results: dict[str, Any], latencies: dict[str, np.nd
     plt.close(figure)
 
 
-@app.command()
+@app.command(context_settings={"help_option_names": ["-h", "--help"]})
 def benchmark(
     out: Annotated[Path, typer.Option(help="Folder for results and runs; new or empty.")],
     seeds: Annotated[int, typer.Option(help="Number of runs, one a seed.", min=1)] = 5,

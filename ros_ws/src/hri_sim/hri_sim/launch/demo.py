@@ -15,7 +15,7 @@ from hri_sim.launch.run import RunOptions
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 
 
-@app.command()
+@app.command(context_settings={"help_option_names": ["-h", "--help"]})
 def demo(
     seed: Annotated[int, typer.Option(help="Seed of scenario, person and planner.", min=0)] = 100,
     out: Annotated[

@@ -35,7 +35,7 @@ def one_of(name: str, value: str, allowed: tuple[str, ...]) -> str:
     return value
 
 
-@app.command()
+@app.command(context_settings={"help_option_names": ["-h", "--help"]})
 def launch(
     planner: Annotated[str, typer.Option(help="Motion planner: ptomp.")] = "ptomp",
     human: Annotated[
