@@ -13,7 +13,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent))
 os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
 
-from hri_sim.launch.run import scenario_library
+from hri_sim.launch.scene import scenario_library
 from hri_sim.scenario.conditions import draw_scenario
 from hri_sim.scenario.schema import Scenario
 from hri_sim.testing import Graph, ptomp_graph

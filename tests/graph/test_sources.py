@@ -99,3 +99,23 @@ def test_bodies_that_come_and_go_make_room_for_others() -> None:
         assert len(graph.log["/humans/bodies/person0/prediction"]) < 12
         # The one who stayed was predicted all the time.
         assert len(graph.log["/humans/bodies/guest/prediction"]) >= 11 * 4
+
+
+def test_a_replay_that_faces_away_from_the_librarys_people_is_named(
+    library: Path, tmp_path: Path
+) -> None:
+    time_s = np.arange(300) / 50.0
+    arm = [[0.0, 0.0, 0.4], [0.25, 0.0, 0.2], [0.5, 0.0, 0.2], [0.59, 0.0, 0.2]]
+    track = ArmTrack(time_s, np.broadcast_to(arm, (300, 4, 3)))
+    save_tracks(tmp_path / "away.npz", [track])
+    nodes = [
+        node_factory(PredictorNode, parameters={"library": str(library)}),
+        node_factory(ReplayerNode, parameters={"file": str(tmp_path / "away.npz")}),
+    ]
+    with Graph(nodes, timeout_s=20.0) as graph:
+        graph.run(4.0)
+        predictor = graph.nodes["predictor"]
+        assert "person1 turned" not in predictor.health()[2]
+        graph.run(2.0)
+        assert "another YAW" in predictor.health()[2]["person1 turned"]
+        assert not predictor.faults

@@ -11,7 +11,7 @@ from rosbags.rosbag2 import Reader
 from terminals import Terminals, recipe, wait_for
 
 from hri_prediction.bags.reader import BagReader
-from hri_sim.launch.run import scenario_library
+from hri_sim.launch.scene import scenario_library
 from hri_sim.scenario.shipped import load_shipped
 
 

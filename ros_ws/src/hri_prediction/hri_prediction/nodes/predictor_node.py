@@ -12,6 +12,7 @@ from hri_prediction.arm.body_id import valid_body_id
 from hri_prediction.config import parameter, validate
 from hri_prediction.errors import DataError, HriError
 from hri_prediction.prediction.config import PredictorConfig
+from hri_prediction.prediction.facing import FacingWatch
 from hri_prediction.prediction.library import TaskLibrary
 from hri_prediction.prediction.output import Prediction, ReachState
 from hri_prediction.prediction.predictor import ReachPredictor
@@ -52,6 +53,8 @@ class _Arm:
         self.predictor = predictor
         self.publisher = publisher
         self.prediction: Prediction | None = None
+        self.facing: FacingWatch | None = None
+        self.turned = ""
 
 
 class PredictorNode(HriNode):
@@ -74,7 +77,15 @@ class PredictorNode(HriNode):
         self.set_period(self._config.period)
 
     def _load(self, path: str) -> TaskLibrary:
-        return TaskLibrary.load(path)
+        library = TaskLibrary.load(path)
+        self.get_logger().info(f"{path}: {len(library.tasks)} tasks, {library.placed}")
+        return library
+
+    def _arm(self, publisher: CountedPublisher) -> _Arm:
+        """What follows a body, from now on."""
+        arm = _Arm(ReachPredictor(self._library, self._prediction_config), publisher)
+        arm.facing = FacingWatch(self._library) if self._library is not None else None
+        return arm
 
     # ------------------------------------------------------------------ inputs
     def _on_ids(self, message: IdsList) -> None:
@@ -98,8 +109,7 @@ class PredictorNode(HriNode):
             publisher = self.announce(
                 HumanPrediction, f"humans/bodies/{body_id}/prediction", reliable(1)
             )
-            predictor = ReachPredictor(self._library, self._prediction_config)
-            self._arms[body_id] = _Arm(predictor, publisher)
+            self._arms[body_id] = self._arm(publisher)
             self.listen(HumanArm, _ARM_TOPIC.format(body_id), self._on_arm, SENSOR)
 
     def _on_arm(self, message: HumanArm) -> None:
@@ -120,6 +130,9 @@ class PredictorNode(HriNode):
             self.fault("arm", str(error))
             return
         arm.predictor.observe(sample)
+        if arm.facing is not None and (turned := arm.facing.observe([sample])):
+            arm.turned = turned
+            self.get_logger().warning(f"{message.body_id}: {turned}")
 
     def _on_load_model(
         self, request: LoadModel.Request, response: LoadModel.Response
@@ -130,10 +143,10 @@ class PredictorNode(HriNode):
             response.success, response.message = False, str(error)
             return response
         self._library_name = request.path
-        for arm in self._arms.values():
-            arm.predictor = ReachPredictor(self._library, self._prediction_config)
+        self._arms = {body_id: self._arm(arm.publisher) for body_id, arm in self._arms.items()}
         response.success = True
-        response.message = ", ".join(task.name for task in self._library.tasks)
+        names = ", ".join(task.name for task in self._library.tasks)
+        response.message = f"{names}; {self._library.placed}"
         return response
 
     # ------------------------------------------------------------------ work
@@ -171,6 +184,8 @@ class PredictorNode(HriNode):
                 level = ERROR
                 state = f"invalid: {arm.prediction.reason}"
             words.append(f"{body_id} {state}")
+            if arm.turned:
+                figures[f"{body_id} turned"] = arm.turned
             for name, count in arm.predictor.counters.items():
                 figures[f"{body_id} {name}"] = count
         if not self._arms:

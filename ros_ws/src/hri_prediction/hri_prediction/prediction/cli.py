@@ -99,6 +99,8 @@ def write_results(result: TrainingResult, out: Path, seed: int, origin: dict[str
         "tasks": [dataclasses.asdict(t) for t in result.tasks],
         "upper_arm_m": result.library.upper_arm_m,
         "forearm_m": result.library.forearm_m,
+        "place": result.library.place,
+        "facing_deg": result.library.facing_deg,
         "skipped": list(result.skipped),
         "seed": seed,
         "origin": origin,
@@ -184,6 +186,7 @@ def train_promp(
     for row in _rows(result):
         table.add_row(*row)
     console.print(table)
+    console.print(result.library.placed, highlight=False, markup=False)
     for line_text in result.skipped[:5]:
         console.print(f"skipped: {line_text}", markup=False)
     if len(result.skipped) > 5:

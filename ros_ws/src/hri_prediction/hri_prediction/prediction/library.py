@@ -66,6 +66,8 @@ class TaskLibrary:
         tasks: At least one; all with the same basis.
         upper_arm_m: Mean shoulder-elbow distance.
         forearm_m: Mean elbow-wrist distance.
+        place: The ``--place`` that it was trained with; empty: not known.
+        facing_deg: Where its people faced in the world by that [deg], from x towards y.
 
     Raises:
         DataError: on an empty or inconsistent library.
@@ -74,6 +76,8 @@ class TaskLibrary:
     tasks: tuple[TaskModel, ...]
     upper_arm_m: float
     forearm_m: float
+    place: str = ""
+    facing_deg: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.tasks:
@@ -93,6 +97,14 @@ class TaskLibrary:
                 raise DataError(f"task {task.name} has no positive duration")
         if not (self.upper_arm_m > 0.0 and self.forearm_m > 0.0):
             raise DataError("the library's segment lengths are not positive")
+
+    @property
+    def placed(self) -> str:
+        """How its people were placed, in words."""
+        if not self.place:
+            return "trained without --place"
+        faced = " and ".join(f"{angle:g}" for angle in self.facing_deg) or "unknown"
+        return f"trained with --place {self.place} (people face {faced} degrees)"
 
     def for_side(self, side: str) -> tuple[TaskModel, ...]:
         """Tasks of one arm; all tasks if there are none for it."""
@@ -122,6 +134,8 @@ class TaskLibrary:
             "dimensions": ["elbow x", "elbow y", "elbow z", "wrist x", "wrist y", "wrist z"],
             "upper_arm_m": self.upper_arm_m,
             "forearm_m": self.forearm_m,
+            "place": self.place,
+            "facing_deg": list(self.facing_deg),
             "tasks": entries,
         }
         write_npz(path, arrays, header)
@@ -147,7 +161,14 @@ class TaskLibrary:
                 )
                 for i, entry in enumerate(header["tasks"])
             )
-            return TaskLibrary(tasks, float(header["upper_arm_m"]), float(header["forearm_m"]))
+            return TaskLibrary(
+                tasks,
+                float(header["upper_arm_m"]),
+                float(header["forearm_m"]),
+                # Files of before say nothing of these.
+                place=str(header.get("place", "")),
+                facing_deg=tuple(float(angle) for angle in header.get("facing_deg", ())),
+            )
         except (KeyError, TypeError, ValueError) as error:
             raise DataError(f"{path}: the library lacks or garbles {error}") from error
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
@@ -17,7 +18,7 @@ from hri_prediction.prediction.library import TaskLibrary, demonstration, learn_
 from hri_prediction.promp.regression import Demonstration
 from hri_prediction.tracks.files import load_tracks
 from hri_prediction.tracks.placement import Placement
-from hri_prediction.tracks.seating import suggest_placement
+from hri_prediction.tracks.seating import facing_deg, suggest_placement
 from hri_prediction.tracks.segmentation import find_reaches
 from hri_prediction.tracks.track import ArmTrack
 
@@ -126,10 +127,13 @@ def seated(track: ArmTrack, place: str) -> ArmTrack:
         DataError: when ``auto`` cannot tell where the person faces.
         ConfigError: when ``place`` is neither of these.
     """
+    return track.transformed(_placement(track, place))
+
+
+def _placement(track: ArmTrack, place: str) -> Placement:
     if place == "none":
-        return track
-    placement = suggest_placement(track) if place == "auto" else Placement.parse(place)
-    return track.transformed(placement)
+        return Placement()
+    return suggest_placement(track) if place == "auto" else Placement.parse(place)
 
 
 def read_tracks(path: str | Path) -> list[ArmTrack]:
@@ -254,7 +258,8 @@ def train_from_files(
         config: Settings.
         group_by: Field of the track that names the task.
         place: How recordings are turned, see :func:`seated`. The library is in world axes, relative
-            to the shoulder: it must be trained with people seated as the graph seats them.
+            to the shoulder: it must be trained with people facing as the graph seats them, and
+            remembers how they did.
         leave_out_subject: Subject whose tracks are not used (empty: use all).
         leave_out_trial: Trial that is not used; with a subject, only that subject's.
         max_tracks: Most tracks used of one task and side (0: all).
@@ -267,7 +272,7 @@ def train_from_files(
     for path in paths:
         if progress is not None:
             progress(f"reading {path}")
-        tracks += [seated(track, place) for track in read_tracks(path)]
+        tracks += read_tracks(path)
     subjects = sorted({t.subject for t in tracks})
     if leave_out_subject and leave_out_subject not in subjects:
         raise DataError(
@@ -288,4 +293,16 @@ def train_from_files(
             if taken[track.task, track.side] <= max_tracks:
                 chosen.append(track)
         tracks = chosen
-    return train(tracks, config, group_by=group_by, progress=progress)
+    placements = [_placement(track, place) for track in tracks]
+    result = train(
+        [track.transformed(placed) for track, placed in zip(tracks, placements, strict=True)],
+        config,
+        group_by=group_by,
+        progress=progress,
+    )
+    faced: set[float] = set()
+    for track, placed in zip(tracks, placements, strict=True):
+        with contextlib.suppress(DataError):  # shoulder and hand tip never seen together
+            faced.add(facing_deg(track, placed))
+    library = replace(result.library, place=place, facing_deg=tuple(sorted(faced)))
+    return replace(result, library=library)

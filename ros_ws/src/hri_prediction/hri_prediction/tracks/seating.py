@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from hri_prediction.arm.geometry import FloatArray
 from hri_prediction.errors import DataError
 from hri_prediction.tracks.placement import Placement
 from hri_prediction.tracks.track import ArmTrack
@@ -18,6 +19,33 @@ NEAREST_HAND = 0.30
 lean forward, are seated further away."""
 
 _QUARTER = 0.5 * math.pi
+
+
+def _lab_heading(tracks: Sequence[ArmTrack]) -> tuple[float, FloatArray]:
+    """Heading in the laboratory [rad], and the keypoints (N, 4, 3) that it was taken from."""
+    if not tracks:
+        raise DataError("no track to place", expected="at least one")
+    points = np.concatenate([track.keypoints for track in tracks])
+    seen = points[np.isfinite(points[:, (0, 3), 0]).all(axis=1)]
+    if not len(seen):
+        raise DataError("shoulder and hand tip are never seen together", expected="a usable track")
+    direction = (seen[:, 3] - seen[:, 0]).mean(axis=0)
+    return _QUARTER * round(math.atan2(direction[1], direction[0]) / _QUARTER), seen
+
+
+def facing_deg(track: ArmTrack, placement: Placement) -> float:
+    """Where a placed person faces in the world [deg], from x towards y, in (-180, 180].
+
+    Args:
+        track: A recording in the axes of its laboratory.
+        placement: Where it is put; its yaw is added to the heading in the laboratory, which is found
+            as :func:`suggest_placement` finds it.
+
+    Raises:
+        DataError: when shoulder and hand tip are never seen together.
+    """
+    turned = math.degrees(math.remainder(_lab_heading([track])[0] + placement.yaw, 2.0 * math.pi))
+    return 180.0 if round(turned, 2) == -180.0 else round(turned, 2) + 0.0
 
 
 def suggest_placement(
@@ -42,14 +70,7 @@ def suggest_placement(
         DataError: when shoulder and hand tip are never seen together, or there is no track.
     """
     group = [tracks] if isinstance(tracks, ArmTrack) else list(tracks)
-    if not group:
-        raise DataError("no track to place", expected="at least one")
-    points = np.concatenate([track.keypoints for track in group])
-    seen = points[np.isfinite(points[:, (0, 3), 0]).all(axis=1)]
-    if not len(seen):
-        raise DataError("shoulder and hand tip are never seen together", expected="a usable track")
-    direction = (seen[:, 3] - seen[:, 0]).mean(axis=0)
-    heading = _QUARTER * round(math.atan2(direction[1], direction[0]) / _QUARTER)
+    heading, seen = _lab_heading(group)
     turn = math.remainder(facing - heading, 2.0 * math.pi)
     moved = Placement(yaw=turn).apply(np.median(seen[:, 0], axis=0))
     offset = np.subtract(shoulder, moved)

@@ -16,31 +16,23 @@ import psutil
 from rich.console import Console
 from rich.markup import escape
 
-from hri_prediction.errors import ConfigError, HriError
-from hri_prediction.prediction.library import TaskLibrary, train_library
+from hri_prediction.errors import HriError
 from hri_prediction.results.origin import results_origin
-from hri_prediction.tracks.files import load_tracks
 from hri_prediction.tracks.placement import Placement
-from hri_prediction.tracks.seating import suggest_placement
 from hri_sim.launch.conductor import Conductor, NodeDeath
-from hri_sim.launch.folder import RunFolders, naming
+from hri_sim.launch.folder import RunFolders
 from hri_sim.launch.parameters import complete_parameters, read_parameters
 from hri_sim.launch.record import Series, read_run, with_baseline
+from hri_sim.launch.scene import LIBRARY, SCENARIO, run_library, run_scene
 from hri_sim.launch.summary import print_table, summarise, write_summary
 from hri_sim.launch.supervisor import NodeSpec, Supervisor
-from hri_sim.people.seeding import training_generator
-from hri_sim.people.training import scenario_training
-from hri_sim.scenario.conditions import draw_scenario
-from hri_sim.scenario.recorded import recorded_scenario
-from hri_sim.scenario.schema import Scenario, load_scenario, save_scenario
+from hri_sim.scenario.schema import Scenario, save_scenario
 
 COMMAND_TIMEOUT_S = 0.1
 """Heartbeat age at which the controller of a supervised run stops the robot [s]."""
 READY_TIMEOUT_S = 90.0
 RECORDER_STOP_TIMEOUT_S = 30.0
 """A slow disk may still have to take much of the bag when a run ends [s]."""
-SCENARIO, LIBRARY = "scenario.yaml", "library.npz"
-"""Files that a run leaves in its folder before its nodes start."""
 
 
 @dataclass(frozen=True)
@@ -92,87 +84,6 @@ class RunResult:
     series: Series | None
     bag: Path
     cpu_cores: float
-
-
-def _scene(options: RunOptions) -> tuple[Scenario, Placement | None]:
-    """Scenario of the run, and where a recording is put."""
-    if options.reaches is not None and options.reaches < 1:
-        raise ConfigError(
-            f"--reaches {options.reaches}", expected="at least 1", hint="give more, or leave it out"
-        )
-    if options.human == "simulated":
-        for name in ("human_file", "trial", "place"):
-            if getattr(options, name) is not None:
-                raise ConfigError(
-                    f"--{name.replace('_', '-')} with a simulated person",
-                    hint="give --human replay as well",
-                )
-        if options.scenario is not None:
-            if options.reaches is not None:
-                raise ConfigError(
-                    "--reaches with a --scenario", hint="the scenario file says how many there are"
-                )
-            return _read_scenario(options.scenario), None
-        return draw_scenario(options.seed, options.reaches or 3), None
-    if options.human_file is None:
-        raise ConfigError(
-            "--human replay without --human-file",
-            expected="a recording: a mocap bag or a track file",
-            hint="give --human-file FILE",
-        )
-    with naming("--human-file", options.human_file):
-        tracks = load_tracks(options.human_file)
-    trial = options.trial or 0
-    if not 0 <= trial < len(tracks):
-        raise ConfigError(
-            f"--trial {trial}",
-            expected=f"0 to {len(tracks) - 1}",
-            hint=f"--human-file {options.human_file} holds {len(tracks)} trials",
-        )
-    track = tracks[trial]
-    if options.place:
-        with naming("--place", options.place):
-            placement = Placement.parse(options.place)
-    else:
-        with naming("--human-file", options.human_file):
-            placement = suggest_placement(track)
-    placed = track.transformed(placement)
-    if options.scenario is not None:
-        return _read_scenario(options.scenario), placement
-    return recorded_scenario(placed, options.seed, options.reaches), placement
-
-
-def _read_scenario(path: Path) -> Scenario:
-    with naming("--scenario", path):
-        return load_scenario(path)
-
-
-def _library(options: RunOptions, scenario: Scenario) -> Path | None:
-    """The task library of the predictor, trained here when none is given."""
-    if options.library is not None:
-        with naming("--library", options.library):
-            TaskLibrary.load(options.library)  # a wrong file is named before anything starts
-        return options.library.resolve()
-    if options.human != "simulated":
-        return None
-    library = scenario_library(scenario, options.seed)
-    if library is None:
-        return None
-    path = (options.out / LIBRARY).resolve()
-    library.save(path)
-    return path
-
-
-def scenario_library(scenario: Scenario, seed: int) -> TaskLibrary | None:
-    """A task library trained on simulated reaches of a scenario's tasks; none when nobody reaches."""
-    tracks = []
-    for index in range(len(scenario.reaches)):
-        if scenario.reaches[index].person_target is None:
-            continue
-        rng = training_generator(seed, scenario.person_of(index).id, index)
-        for group in scenario_training(scenario, index, rng).values():
-            tracks += group
-    return train_library(tracks) if tracks else None
 
 
 def node_specs(
@@ -279,10 +190,10 @@ def run_graph(options: RunOptions, console: Console) -> RunResult:
 def _run_graph(options: RunOptions, console: Console, folders: RunFolders) -> RunResult:
     bag = folders.bag
     origin = results_origin()
-    scenario, placement = _scene(options)
+    scenario, placement, facing = run_scene(options)
     scenario_path = (options.out / SCENARIO).resolve()
     save_scenario(scenario_path, scenario)
-    library = _library(options, scenario)
+    library = run_library(options, scenario, facing, lambda text: _print(console, text))
     specs = complete_parameters(
         node_specs(options, scenario, scenario_path, library, placement, bag),
         read_parameters(options.parameters),
