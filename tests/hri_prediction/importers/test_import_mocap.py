@@ -130,7 +130,7 @@ def test_result_is_played_back(recording, tmp_path, out):
         (["--out", "a.npz", "--axes", "up"], 2, "--axes up"),
         (["--out", "a.npz", "--units", "ell"], 2, "unit 'ell'"),
         (["--out", "a.npz", "--side", "left"], 1, "no left arm"),
-        (["--out", "a.npz", "--units", "m"], 0, ""),
+        (["--out", "a.npz", "--units", "m"], 1, "expected upper arm and forearm of 0.15 to 0.6 m"),
         (["--out", "rec one.csv/a.npz"], 2, "cannot make the folder"),
     ],
 )

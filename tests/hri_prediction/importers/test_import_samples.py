@@ -15,6 +15,7 @@ from hri_prediction.tracks.files import load_tracks, save_tracks
 from hri_prediction.tracks.importers import cli
 from hri_prediction.tracks.importers.convert import ImportOptions, convert, plan_import
 from hri_prediction.tracks.importers.recognise import read_markers
+from hri_prediction.tracks.plausible import SEGMENT_M
 
 CMU = 0.0254 / 0.45
 NO_ARM = "no arm is recognised among the markers"
@@ -210,6 +211,11 @@ def test_sample(tmp_path, file, options, expected):
         else:
             np.testing.assert_allclose(track.keypoints[row, keypoint], place, atol=2e-6)
     save_tracks(tmp_path / "a.npz", [track])
+    spans = np.nanmedian(np.linalg.norm(np.diff(track.keypoints, axis=1), axis=-1), axis=0)[:2]
+    if spans.min() < SEGMENT_M[0] or spans.max() > SEGMENT_M[1]:  # these markers are no arm
+        with pytest.raises(DataError, match="m long"):
+            load_tracks(tmp_path / "a.npz")
+        return
     (loaded,) = load_tracks(tmp_path / "a.npz")
     np.testing.assert_array_equal(loaded.keypoints, track.keypoints)
 

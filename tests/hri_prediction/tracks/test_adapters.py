@@ -19,6 +19,7 @@ MARKERS += ["Back right", "Middle"]
 
 def adl_arrays(**changes):
     pos = np.zeros((30, 6, 3), np.float32)
+    pos[:, 1, 0], pos[:, 2, 0] = 0.25, 0.5  # beside it: the elbow and the wrist
     pos[:, 4, 1] = 0.4  # the fingertip is in front (+y) of the shoulder
     pos[:, :, 2] = 0.3
     arrays = {

@@ -9,9 +9,11 @@ from hri_prediction.errors import DataError
 from hri_prediction.tracks.files import CSV_COLUMNS, load_tracks, save_tracks
 from hri_prediction.tracks.track import ArmTrack
 
+ARM = np.array([[0.0, 0.0, 0.4], [0.0, 0.0, 0.11], [-0.25, 0.0, 0.11], [-0.34, 0.0, 0.11]])
+
 
 def make_track(rows=5, **values):
-    points = np.random.default_rng(rows).normal(size=(rows, 4, 3))
+    points = ARM + np.random.default_rng(rows).normal(scale=0.02, size=(rows, 4, 3))
     points[1, 2] = np.nan
     return ArmTrack(np.arange(rows) / 100.0, points, **values)
 

@@ -26,9 +26,13 @@ from hri_sim.recording.playback import (
 NS = 10**9
 
 
+ARM = np.array([[0.0, 0.0, 0.4], [0.0, 0.0, 0.11], [-0.25, 0.0, 0.11], [-0.34, 0.0, 0.11]])
+
+
 def make_track(count: int = 50, trial: int = 0) -> ArmTrack:
     rng = np.random.default_rng(trial)
-    return ArmTrack(np.arange(count) / 100.0 + 3.0, rng.normal(size=(count, 4, 3)), trial=trial)
+    points = ARM + rng.normal(scale=0.02, size=(count, 4, 3))
+    return ArmTrack(np.arange(count) / 100.0 + 3.0, points, trial=trial)
 
 
 def messages(offsets: list[int]) -> Playback:

@@ -29,7 +29,8 @@ from hri_sim.tools import replay_mocap  # noqa: E402
 
 DOMAIN = 1 + (os.getpid() + 37) % 100
 NS = 10**9
-POINTS = np.random.default_rng(1).normal(size=(40, 4, 3))
+ARM = np.array([[0.0, 0.0, 0.4], [0.0, 0.0, 0.11], [-0.25, 0.0, 0.11], [-0.34, 0.0, 0.11]])
+POINTS = ARM + np.random.default_rng(1).normal(scale=0.02, size=(40, 4, 3))
 
 
 @pytest.fixture

@@ -18,6 +18,7 @@ from hri_prediction.prediction.library import TaskLibrary, demonstration, learn_
 from hri_prediction.promp.regression import Demonstration
 from hri_prediction.tracks.files import load_tracks
 from hri_prediction.tracks.placement import Placement
+from hri_prediction.tracks.plausible import check_arm
 from hri_prediction.tracks.seating import facing_deg, suggest_placement
 from hri_prediction.tracks.segmentation import find_reaches
 from hri_prediction.tracks.track import ArmTrack
@@ -140,13 +141,16 @@ def read_tracks(path: str | Path) -> list[ArmTrack]:
     """Tracks of a track file, or the tracked arms of a bag (folder or .mcap).
 
     Raises:
-        DataError: when it is neither, or damaged.
+        DataError: when it is neither, is damaged, or holds what is no arm by its size.
     """
     from hri_prediction.bags.arms import arm_tracks
 
     path = Path(path)
     if path.is_dir() or path.suffix == ".mcap":
-        return [replace(track, task=track.task or path.stem) for track in arm_tracks(path)]
+        tracks = [replace(track, task=track.task or path.stem) for track in arm_tracks(path)]
+        for track in tracks:
+            check_arm(track, f"{path}: {track.subject}")
+        return tracks
     return load_tracks(path)
 
 

@@ -51,6 +51,7 @@ from hri_prediction.tracks.adapters import (
     tracks_from_runs,
 )
 from hri_prediction.tracks.importers.qtm import is_qtm_text
+from hri_prediction.tracks.plausible import check_arm
 from hri_prediction.tracks.tables import parse_number, row_spans
 from hri_prediction.tracks.track import ArmTrack
 
@@ -76,8 +77,8 @@ def load_tracks(path: str | Path) -> list[ArmTrack]:
         At least one track, in the axes of its source (see :func:`.seating.suggest_placement`).
 
     Raises:
-        DataError: when the file cannot be read, is of no known format, or is malformed; the text
-            names the file and the first thing that is wrong.
+        DataError: when the file cannot be read, is of no known format, is malformed, or holds what
+            is no arm by its size; the text names the file and the first thing that is wrong.
     """
     path = Path(path)
     try:
@@ -85,9 +86,11 @@ def load_tracks(path: str | Path) -> list[ArmTrack]:
     except OSError as error:
         raise DataError(f"cannot read {path}: {error.strerror}") from error
     try:
-        if content[:2] == b"PK":
-            return _load_npz(content, path.name)
-        return _load_text(content, path)
+        is_npz = content[:2] == b"PK"
+        tracks = _load_npz(content, path.name) if is_npz else _load_text(content, path)
+        for index, track in enumerate(tracks):
+            check_arm(track, f"trial {index}" if len(tracks) > 1 else "")
+        return tracks
     except DataError as error:
         raise DataError(
             f"{path}: {error.problem}", expected=error.expected, hint=error.hint

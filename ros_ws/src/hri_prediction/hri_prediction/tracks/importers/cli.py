@@ -20,6 +20,7 @@ from hri_prediction.tracks.importers.recognise import KNOWN, read_markers
 from hri_prediction.tracks.importers.report import gap_report
 from hri_prediction.tracks.importers.units import UNITS
 from hri_prediction.tracks.placement import Placement
+from hri_prediction.tracks.plausible import check_arm
 from hri_prediction.tracks.seating import suggest_placement
 from hri_prediction.tracks.track import ArmTrack
 
@@ -116,6 +117,7 @@ def _run(given: argparse.Namespace, console: Console) -> int:
         with progress.status(f"looking for the arm in {len(data)} frames"):
             plan = plan_import(data, options)
             track = convert(plan)
+            check_arm(track, hint="check --map and --units")
             if given.resample:
                 track = track.resampled(given.resample)
             placement = _place(given, track)
