@@ -10,7 +10,7 @@ import yaml
 
 from hri_prediction.errors import ConfigError, GraphError
 from hri_sim.launch.folder import NewFolder, RunFolders, naming
-from hri_sim.launch.parameters import CONFIGURATIONS, complete_parameters
+from hri_sim.launch.parameters import CONFIGURATIONS, complete_parameters, read_parameters
 from hri_sim.launch.run import RunOptions, node_specs
 from hri_sim.launch.supervisor import NodeSpec
 from hri_sim.scenario.shipped import load_shipped
@@ -41,6 +41,37 @@ def test_the_users_values_win_and_get_the_declared_type(tmp_path: Path) -> None:
     assert isinstance(nodes["ptomp"].parameters["max_duration"], float)
     assert nodes["ptomp"].parameters["planner.margin"] == 0.1
     assert nodes["ptomp"].parameters["seed"] == 3
+
+
+def test_all_that_is_wrong_is_named_at_once(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError) as caught:
+        _complete(
+            tmp_path,
+            {
+                "predictr": {"period": 0.02},
+                "ptomp": {"replan_intervall": 0.05, "planner.margin": -1.0, "max_duration": "long"},
+                "predictor": {"period": 9.0, "library": "x.npz"},
+            },
+        )
+    head, *lines = str(caught.value).split("\n")
+    assert head == "--parameters x: 6 faults"
+    text = "\n".join(sorted(lines))
+    for words in (
+        "no node 'predictr'; expected one of simulator, ",
+        "node ptomp has no parameter 'replan_intervall'; expected one like replan_interval",
+        "ptomp: planner.margin = -1.0; expected at least",
+        "ptomp: max_duration = 'long'; expected a value of type float",
+        "predictor: period = 9.0; expected at most 0.04 s",
+        "predictor: library has an option of its own; give --library instead",
+    ):
+        assert words in text
+
+
+def test_nodes_that_have_no_mapping_are_named(tmp_path: Path) -> None:
+    path = tmp_path / "parameters.yaml"
+    path.write_text("ptomp: 3\npredictor: {period: 0.02}\nperson: [1]\n")
+    with pytest.raises(ConfigError, match=r"2 faults\n  ptomp: 3; expected.*\n  person: \[1\]"):
+        read_parameters(path)
 
 
 def test_the_wall_clock_may_be_named(tmp_path: Path) -> None:

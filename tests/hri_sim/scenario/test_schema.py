@@ -76,7 +76,50 @@ def test_what_is_wrong_is_named(tmp_path, changes, match):
     with pytest.raises(ConfigError, match=match) as caught:
         load_scenario(path)
     assert "scenario.yaml" in str(caught.value)
-    assert "\n" not in str(caught.value)
+    assert len(str(caught.value).splitlines()) <= 1 + len(caught.value.faults)
+
+
+def test_all_that_is_wrong_is_named_at_once(tmp_path):
+    path = tmp_path / "scenario.yaml"
+    wrong = values(
+        seed=-1,
+        persons=[{"id": "ann", "sidee": "left"}, {"side": "both"}],
+        table={"colour": "red"},
+        light="on",
+    )
+    path.write_text(yaml.safe_dump(wrong))
+    with pytest.raises(ConfigError) as caught:
+        load_scenario(path)
+    head, *lines = str(caught.value).split("\n")
+    assert head == f"{path}: 5 faults"
+    assert sorted(line.split(";")[0] for line in lines) == [
+        "  persons.1.side = 'both'",
+        "  seed = -1",
+        "  unknown field light",
+        "  unknown field persons.0.sidee",
+        "  unknown field table.colour",
+    ]
+    text = str(caught.value)
+    assert "table.colour; expected one of center, size" in text
+    assert "persons.0.sidee; expected one of id, side, shoulder" in text
+    assert "light; expected one of name, seed, robot_start, table" in text
+    with pytest.raises(ConfigError, match=r"reaches.0.duration = 0") as caught:
+        scenario_from_mapping(values(reaches=[{"robot_target": "a", "duration": 0}]))
+    assert len(caught.value.faults) == 1
+
+
+def test_parts_that_do_not_fit_each_other_are_all_named():
+    wrong = values(
+        reaches=[
+            {"robot_target": "c", "person_target": "d"},
+            {"robot_target": "a", "person_target": "b", "person": "eve"},
+        ]
+    )
+    with pytest.raises(ConfigError) as caught:
+        scenario_from_mapping(wrong)
+    assert len(caught.value.faults) == 3
+    for word in ("robot_target 'c'", "target 'd'", "person 'eve'"):
+        assert word in str(caught.value)
 
 
 @pytest.mark.parametrize("text", ["", "- 1\n", "a: [", "\x00"])

@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 
 import yaml
 
-from hri_prediction.errors import ConfigError
+from hri_prediction.errors import ConfigError, all_of
 
 ConfigT = TypeVar("ConfigT")
 
@@ -48,23 +48,32 @@ def validate(config: Any) -> None:
     """Check all fields made by :func:`parameter`; call it from ``__post_init__``.
 
     Raises:
-        ConfigError: naming the field, its value and what is allowed.
+        ConfigError: naming each field that is wrong, its value and what is allowed.
     """
+    faults = []
     for field in dataclasses.fields(config):
-        meta = field.metadata
-        if "doc" not in meta:
-            continue
-        value = getattr(config, field.name)
-        where = f"{type(config).__name__}.{field.name} = {value!r}"
-        for item in value if isinstance(value, tuple) else (value,):
-            if isinstance(item, float) and not math.isfinite(item):
-                raise ConfigError(where, expected="a finite number")
-            if meta["low"] is not None and item < meta["low"]:
-                raise ConfigError(where, expected=f"at least {meta['low']} {meta['unit']}".strip())
-            if meta["high"] is not None and item > meta["high"]:
-                raise ConfigError(where, expected=f"at most {meta['high']} {meta['unit']}".strip())
-            if meta["choices"] and item not in meta["choices"]:
-                raise ConfigError(where, expected="one of " + ", ".join(meta["choices"]))
+        if "doc" in field.metadata:
+            value = getattr(config, field.name)
+            expected = _out_of_range(value, field.metadata)
+            if expected:
+                where = f"{type(config).__name__}.{field.name} = {value!r}"
+                faults.append(ConfigError(where, expected=expected))
+    if faults:
+        raise all_of("", faults)
+
+
+def _out_of_range(value: Any, meta: Mapping[str, Any]) -> str:
+    """What would have been right; empty: it is."""
+    for item in value if isinstance(value, tuple) else (value,):
+        if isinstance(item, float) and not math.isfinite(item):
+            return "a finite number"
+        if meta["low"] is not None and item < meta["low"]:
+            return f"at least {meta['low']} {meta['unit']}".strip()
+        if meta["high"] is not None and item > meta["high"]:
+            return f"at most {meta['high']} {meta['unit']}".strip()
+        if meta["choices"] and item not in meta["choices"]:
+            return "one of " + ", ".join(meta["choices"])
+    return ""
 
 
 def _coerce(name: str, value: Any, annotation: Any) -> Any:
@@ -97,24 +106,42 @@ def from_mapping(cls: type[ConfigT], values: Mapping[str, Any]) -> ConfigT:
     """Build a configuration, leaving what is not given at its default.
 
     Raises:
-        ConfigError: on unknown names (the valid ones are listed), wrong types and ranges.
+        ConfigError: on unknown names (the valid ones are listed), wrong types and ranges: all of them.
     """
     hints = typing.get_type_hints(cls)
     names = [field.name for field in dataclasses.fields(cls)]  # type: ignore[arg-type]
-    unknown = sorted(set(values) - set(names))
+    faults = []
+    unknown = sorted(map(str, set(values) - set(names)))
     if unknown:
-        raise ConfigError(
-            f"{cls.__name__} has no parameter {', '.join(map(str, unknown))}",
-            expected="one of " + ", ".join(names),
+        faults.append(
+            ConfigError(
+                f"{cls.__name__} has no parameter {', '.join(unknown)}",
+                expected="one of " + ", ".join(names),
+            )
         )
-    return cls(**{name: _coerce(name, value, hints[name]) for name, value in values.items()})
+    usable = {}
+    for name in (name for name in names if name in values):
+        try:
+            usable[name] = _coerce(name, values[name], hints[name])
+        except ConfigError as error:
+            faults.append(error)
+    try:
+        made = cls(**usable)
+    except ConfigError as error:
+        # With some values at their defaults, only what is said of single ones is sure.
+        own = [f for f in error.faults if f.problem.startswith(f"{cls.__name__}.")]
+        raise all_of("", faults + own if faults else list(error.faults)) from error
+    if faults:
+        raise all_of("", faults)
+    return made
 
 
 def load_yaml(cls: type[ConfigT], path: str | Path) -> ConfigT:
     """Read a configuration from a flat YAML file.
 
     Raises:
-        ConfigError: when the file is missing, is no YAML mapping, or holds an unusable value.
+        ConfigError: when the file is missing, is no YAML mapping, or holds unusable values; all of
+            them are named.
     """
     try:
         values = yaml.safe_load(Path(path).read_text())
@@ -125,4 +152,4 @@ def load_yaml(cls: type[ConfigT], path: str | Path) -> ConfigT:
     try:
         return from_mapping(cls, values)
     except ConfigError as error:
-        raise ConfigError(f"{path}: {error.problem}", expected=error.expected) from error
+        raise all_of(str(path), error.faults) from error

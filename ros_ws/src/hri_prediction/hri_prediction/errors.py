@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 
 class HriError(Exception):
     """Base of every error raised on purpose.
 
     The text is one line: what was got, what was expected, and how to mend it. The parts stay
-    available as attributes, so that callers need not parse the text.
+    available as attributes, so that callers need not parse the text. Only :func:`all_of` makes more
+    lines, one a fault.
 
     Args:
         problem: What is wrong, naming the thing that was got.
@@ -28,7 +31,32 @@ class HriError(Exception):
 
 
 class ConfigError(HriError):
-    """A parameter, option or configuration file has an unusable value."""
+    """A parameter, option or configuration file has an unusable value.
+
+    Attributes:
+        faults: All that is wrong, each by itself; mostly only this one.
+    """
+
+    def __init__(self, problem: str, *, expected: str = "", hint: str = "") -> None:
+        super().__init__(problem, expected=expected, hint=hint)
+        self.faults: tuple[ConfigError, ...] = (self,)
+
+
+def all_of(where: str, faults: Sequence[ConfigError]) -> ConfigError:
+    """One error of all faults that were found, so that a file is mended in one go.
+
+    Args:
+        where: What has them, such as a file; may be empty.
+        faults: At least one; one alone stays one line.
+    """
+    before = f"{where}: " if where else ""
+    if len(faults) == 1:
+        (only,) = faults
+        return ConfigError(before + only.problem, expected=only.expected, hint=only.hint)
+    lines = "".join(f"\n  {fault}" for fault in faults)
+    error = ConfigError(f"{before}{len(faults)} faults{lines}")
+    error.faults = tuple(faults)
+    return error
 
 
 class DataError(HriError):

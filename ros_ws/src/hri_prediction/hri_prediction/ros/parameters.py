@@ -12,7 +12,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from hri_prediction.config import from_mapping
-from hri_prediction.errors import ConfigError
+from hri_prediction.errors import ConfigError, all_of
 
 ConfigT = TypeVar("ConfigT")
 
@@ -64,9 +64,10 @@ def declare_config(
         defaults: Values to use where nothing was set; ``cls()`` when not given.
 
     Raises:
-        ConfigError: when a value that was set is out of range or of the wrong type.
+        ConfigError: when values that were set are out of range or of the wrong type: all of them.
     """
     values: dict[str, Any] = {}
+    faults: list[ConfigError] = []
     hints = typing.get_type_hints(cls)
     base = defaults if defaults is not None else cls()
     for field in dataclasses.fields(cls):  # type: ignore[arg-type]
@@ -82,10 +83,12 @@ def declare_config(
                 name, default, _descriptor(field, hints[field.name])
             ).value
         except (InvalidParameterTypeException, InvalidParameterValueException) as error:
-            raise ConfigError(
-                f"parameter {name} of node {node.get_name()}: {' '.join(str(error).split())}"
-            ) from error
+            text = " ".join(str(error).split())
+            faults.append(ConfigError(f"parameter {name} of node {node.get_name()}: {text}"))
+            continue
         if value is None:
             value = []
         values[field.name] = value if isinstance(value, str | int | float) else list(value)
+    if faults:
+        raise all_of("", faults)
     return from_mapping(cls, values)

@@ -13,7 +13,7 @@ import yaml
 from hri_planner.nodes.ptomp_config import PtompNodeConfig
 from hri_planner.ptomp.config import load_default_config
 from hri_prediction.config import from_mapping
-from hri_prediction.errors import ConfigError
+from hri_prediction.errors import ConfigError, all_of
 from hri_prediction.nodes.predictor_node import PredictorNodeConfig
 from hri_prediction.prediction.config import PredictorConfig
 from hri_sim.launch.supervisor import NodeSpec
@@ -63,8 +63,14 @@ def read_parameters(path: Path | None) -> dict[str, dict[str, Any]]:
             f"cannot read --parameters {path}: {' '.join(str(error).split())}",
             expected=f"a YAML file of {form}",
         ) from error
-    if not isinstance(values, dict) or not all(isinstance(v, dict) for v in values.values()):
+    if not isinstance(values, dict):
         raise ConfigError(f"--parameters {path} has another form", expected=form)
+    wrong = [name for name, value in values.items() if not isinstance(value, dict)]
+    if wrong:
+        raise all_of(
+            f"--parameters {path}",
+            [ConfigError(f"{name}: {values[name]!r}", expected=form) for name in wrong],
+        )
     return values
 
 
@@ -76,25 +82,25 @@ def _fields(executable: str) -> Iterator[tuple[str, str, Any]]:
                 yield prefix + field.name, field.name, defaults
 
 
-def _check_names(spec: NodeSpec, given: Mapping[str, Any], where: str) -> None:
+def _name_faults(spec: NodeSpec, given: Mapping[str, Any]) -> Iterator[ConfigError]:
     known = [name for name, _, _ in _fields(spec.executable)]
     for name, value in given.items():
         if (spec.executable, name) in OPTIONS:
-            raise ConfigError(
-                f"{where} {spec.label}: {name} has an option of its own",
+            yield ConfigError(
+                f"{spec.label}: {name} has an option of its own",
                 hint=f"give {OPTIONS[spec.executable, name]} instead",
             )
         if name in WALL_CLOCK and (name in known or name == "use_sim_time"):
             if value != WALL_CLOCK[name]:
-                raise ConfigError(
-                    f"{where} {spec.label}: {name} = {value!r}",
+                yield ConfigError(
+                    f"{spec.label}: {name} = {value!r}",
                     expected=f"{WALL_CLOCK[name]}: a launched run is conducted by the wall clock",
                     hint="for another clock start the nodes one by one, with scripts/run_node.py",
                 )
         elif name not in known and not str(name).startswith("qos_overrides."):
             near = difflib.get_close_matches(str(name), known, 3)
-            raise ConfigError(
-                f"{where} node {spec.label} has no parameter {name!r}",
+            yield ConfigError(
+                f"node {spec.label} has no parameter {name!r}",
                 expected="one like " + ", ".join(near) if near else "one of " + ", ".join(known),
             )
 
@@ -103,8 +109,10 @@ def _plain(value: Any) -> Any:
     return list(value) if isinstance(value, tuple) else value
 
 
-def _effective(spec: NodeSpec, given: Mapping[str, Any], where: str) -> dict[str, Any]:
-    """All parameters of a node, as it will have them."""
+def _effective(
+    spec: NodeSpec, given: Mapping[str, Any], faults: list[ConfigError]
+) -> dict[str, Any]:
+    """All parameters of a node, as it will have them; what is wrong with them goes into faults."""
     wanted = {**spec.parameters, **given}
     found: dict[str, Any] = {}
     for prefix, defaults in CONFIGURATIONS[spec.executable]:
@@ -114,10 +122,14 @@ def _effective(spec: NodeSpec, given: Mapping[str, Any], where: str) -> dict[str
         try:
             config = from_mapping(type(defaults), values)
         except ConfigError as error:
-            problem = error.problem.removeprefix(f"{type(defaults).__name__}.")
-            raise ConfigError(
-                f"{where} {spec.label}: {prefix}{problem}", expected=error.expected, hint=error.hint
-            ) from error
+            for fault in error.faults:
+                problem = fault.problem.removeprefix(f"{type(defaults).__name__}.")
+                faults.append(
+                    ConfigError(
+                        f"{spec.label}: {prefix}{problem}", expected=fault.expected, hint=fault.hint
+                    )
+                )
+            continue
         for name, field, owner in _fields(spec.executable):
             value = getattr(config, field) if owner is defaults else None
             # ROS cannot tell the type of an empty list; where the default is one, it is left out.
@@ -137,15 +149,19 @@ def complete_parameters(
         source: Where the user gave these, for errors.
 
     Raises:
-        ConfigError: naming source, node, parameter, value and range.
+        ConfigError: naming source, node, parameter, value and range of all that is wrong.
     """
-    where = f"{source}:"
     labels = [spec.label for spec in specs]
-    for name in overrides.keys() - set(labels):
-        raise ConfigError(f"{where} no node {name!r}", expected="one of " + ", ".join(labels))
+    faults = [
+        ConfigError(f"no node {name!r}", expected="one of " + ", ".join(labels))
+        for name in overrides
+        if name not in labels
+    ]
     complete = []
     for spec in specs:
         given = overrides.get(spec.label, {})
-        _check_names(spec, given, where)
-        complete.append(dataclasses.replace(spec, parameters=_effective(spec, given, where)))
+        faults += _name_faults(spec, given)
+        complete.append(dataclasses.replace(spec, parameters=_effective(spec, given, faults)))
+    if faults:
+        raise all_of(source, faults)
     return complete

@@ -13,8 +13,9 @@ from typing import Annotated, Literal
 
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic_core import ErrorDetails
 
-from hri_prediction.errors import ConfigError
+from hri_prediction.errors import ConfigError, all_of
 from hri_sim.people.arm import ArmModel
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -28,6 +29,14 @@ Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
 
 class _Model(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class _Unfitting(ValueError):
+    """Parts of a scenario that do not fit each other, one text each."""
+
+    def __init__(self, texts: list[str]) -> None:
+        self.texts = texts
+        super().__init__("; ".join(texts))
 
 
 class TableSpec(_Model):
@@ -152,26 +161,31 @@ class Scenario(_Model):
 
     @model_validator(mode="after")
     def _references_exist(self) -> Scenario:
+        faults: list[str] = []
         ids = [person.id for person in self.persons]
         if len(set(ids)) != len(ids):
-            raise ValueError(f"two persons share an id: {', '.join(ids)}")
+            faults.append(f"two persons share an id: {', '.join(ids)}")
         known = ", ".join(self.targets) or "none"
         for index, reach in enumerate(self.reaches):
             where = f"reaches.{index}"
             if reach.robot_target not in self.targets:
-                raise ValueError(f"{where}.robot_target {reach.robot_target!r} is not in: {known}")
+                faults.append(f"{where}.robot_target {reach.robot_target!r} is not in: {known}")
             if reach.person_target is None:
                 continue
             if not self.persons:
-                raise ValueError(f"{where} has a person_target, but there are no persons")
+                faults.append(f"{where} has a person_target, but there are no persons")
+                continue
             if reach.person is not None and reach.person not in ids:
-                raise ValueError(f"{where}.person {reach.person!r} is not in: {', '.join(ids)}")
+                faults.append(f"{where}.person {reach.person!r} is not in: {', '.join(ids)}")
+                continue
             person = self.person_of(index)
-            for name in {reach.person_target, *reach.person_candidates}:
+            for name in dict.fromkeys([reach.person_target, *reach.person_candidates]):
                 if name not in self.targets:
-                    raise ValueError(f"{where}: the person's target {name!r} is not in: {known}")
-                if not person.arm.can_reach(self.targets[name]):
-                    raise ValueError(f"{where}: target {name!r} is out of reach of {person.id}")
+                    faults.append(f"{where}: the person's target {name!r} is not in: {known}")
+                elif not person.arm.can_reach(self.targets[name]):
+                    faults.append(f"{where}: target {name!r} is out of reach of {person.id}")
+        if faults:
+            raise _Unfitting(faults)
         return self
 
     def person_of(self, index: int) -> PersonSpec:
@@ -201,7 +215,7 @@ def load_scenario(path: str | Path) -> Scenario:
 
     Raises:
         ConfigError: when the file cannot be read, is no YAML mapping, or a field is unknown,
-            missing or unusable; the text names the field's path, what was got and expected.
+            missing or unusable; the text names each field's path, what was got and expected.
     """
     path = Path(path)
     try:
@@ -221,7 +235,7 @@ def scenario_from_mapping(values: dict, where: str = "scenario") -> Scenario:
         where: What the error message calls the source.
 
     Raises:
-        ConfigError: naming the field, what was got and what is expected.
+        ConfigError: naming all fields that are wrong, what was got and what is expected.
     """
     try:
         return Scenario.model_validate(values)
@@ -243,21 +257,47 @@ def save_scenario(path: str | Path, scenario: Scenario) -> None:
         raise ConfigError(f"cannot write {path}: {error.strerror}") from error
 
 
+_PARTS: dict[str, type[_Model]] = {
+    "table": TableSpec,
+    "persons": PersonSpec,
+    "reaches": ReachSpec,
+}
+"""Fields of a scenario that have fields of their own."""
+
+
 def _as_config_error(error: ValidationError, where: str) -> ConfigError:
-    """The first complaint of pydantic as one line; the others are counted."""
+    """All complaints of pydantic, one line each."""
     problems = error.errors()
-    first = problems[0]
-    field = ".".join(map(str, first["loc"]))
-    more = f"{len(problems) - 1} more problem(s) in this file" if len(problems) > 1 else ""
-    if first["type"] == "value_error":
+    places = [problem["loc"] for problem in problems]
+    own = [
+        problem
+        for problem in problems
+        # Items that are wrong are not counted: a list of them alone is not too short as well.
+        if problem["type"] != "too_short"
+        or not any(
+            place != problem["loc"] and place[: len(problem["loc"])] == problem["loc"]
+            for place in places
+        )
+    ]
+    return all_of(where, [fault for problem in own for fault in _faults(problem)])
+
+
+def _faults(problem: ErrorDetails) -> list[ConfigError]:
+    """What one complaint is about, in our words."""
+    place = problem["loc"]
+    field = ".".join(map(str, place))
+    if problem["type"] == "value_error":
         # Our own checks say what was got and expected.
-        text = str(first["ctx"]["error"])
-        return ConfigError(f"{where}: {field + ': ' if field else ''}{text}", hint=more)
-    if first["type"] == "extra_forbidden":
-        return ConfigError(f"{where}: unknown field {field}", expected="a known name", hint=more)
-    if first["type"] == "missing":
-        return ConfigError(f"{where}: field {field} is missing", hint=more)
-    got = repr(first["input"])
+        reason = problem["ctx"]["error"]
+        texts = reason.texts if isinstance(reason, _Unfitting) else [str(reason)]
+        return [ConfigError(f"{field}: {text}" if field else text) for text in texts]
+    if problem["type"] == "extra_forbidden":
+        model = _PARTS.get(str(place[0]), Scenario) if len(place) > 1 else Scenario
+        names = ", ".join(model.model_fields)
+        return [ConfigError(f"unknown field {field}", expected=f"one of {names}")]
+    if problem["type"] == "missing":
+        return [ConfigError(f"field {field} is missing")]
+    got = repr(problem["input"])
     got = got if len(got) < 80 else got[:77] + "..."
-    message = first["msg"].removeprefix("Input should be ")
-    return ConfigError(f"{where}: {field} = {got}", expected=message, hint=more)
+    message = problem["msg"].removeprefix("Input should be ")
+    return [ConfigError(f"{field} = {got}", expected=message)]
