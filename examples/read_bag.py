@@ -64,7 +64,9 @@ def show(path: Path) -> None:
         print(f"joint angles: array {q.shape}, largest range {np.ptp(q, axis=0).max():.2f} rad")
     if "/sim/state" in bag.topics:
         clearance = np.array([m.decode().clearance for m in bag.messages(["/sim/state"])])
-        print(f"true clearance: smallest {clearance.min() * 1e2:.1f} cm")
+        near = clearance[clearance < 1e8]  # 1e9: nobody was in the scene
+        least = f"smallest {near.min() * 1e2:.1f} cm" if len(near) else "nobody was in the scene"
+        print(f"true clearance: {least}")
 
 
 def main() -> None:

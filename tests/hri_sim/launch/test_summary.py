@@ -121,6 +121,30 @@ def test_what_was_seen_live_counts_where_the_recording_ended(
     assert unrecorded["touched"] is touched
 
 
+def test_a_run_with_nobody(scenario: Scenario, tmp_path: Path) -> None:
+    alone = scenario.model_copy(
+        update={
+            "persons": (),
+            "reaches": tuple(
+                r.model_copy(update={"person_target": None}) for r in scenario.reaches
+            ),
+        }
+    )
+    reports = _reports(alone)
+    series = _series(alone, 4.0 * len(reports))
+    series.record.clearance_m[:] = np.inf  # as read_run has it
+    summary = summarise(series, reports, scenario=alone, bag=tmp_path, seed=1)
+    write_summary(tmp_path / "summary.json", summary)
+    assert summary["mocap_rate_hz"] is None
+    assert [reach["min_clearance_m"] for reach in summary["reaches"]] == [None] * len(reports)
+    assert summary["touched"] is False
+    console = Console(file=io.StringIO(), width=80)
+    print_table(console, summary)
+    said: str = console.file.getvalue()  # type: ignore[attr-defined]
+    assert said.count("nobody") == len(reports)
+    assert "inf" not in said
+
+
 def test_a_run_that_was_broken_off(scenario: Scenario, tmp_path: Path) -> None:
     reports = _reports(scenario)
     for begun in (0, 1):

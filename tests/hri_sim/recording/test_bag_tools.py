@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 rclpy = pytest.importorskip("rclpy")
 
@@ -22,6 +23,7 @@ from std_msgs.msg import String  # noqa: E402
 from hri_prediction.bags import BagWriter, TopicInfo, inspect_bag  # noqa: E402
 from hri_prediction.bags.metadata import OfferedQos  # noqa: E402
 from hri_prediction.errors import ConfigError  # noqa: E402
+from hri_prediction.ros.messages import PlannerStatus  # noqa: E402
 from hri_sim.tools import echo_topic  # noqa: E402
 from hri_sim.tools import inspect_bag as inspect_tool  # noqa: E402
 from hri_sim.tools.fields import columns, follow, parse_field, to_text  # noqa: E402
@@ -106,6 +108,20 @@ def test_field_paths() -> None:
         follow(message, parse_field("positions"))
     with pytest.raises(ConfigError, match=r"2 elements"):
         follow(message, parse_field("position[2]"))
+
+
+def test_numbers_that_stand_for_nothing() -> None:
+    status = PlannerStatus(predicted_clearance=1e9, clearance=0.25, first_contact=-1.0)
+    text = to_text(status)
+    assert "predicted_clearance: 1000000000.0  # nobody" in text
+    assert "\nclearance: 0.25\n" in text
+    assert "first_contact: -1.0  # none" in text
+    assert yaml.safe_load(text)["predicted_clearance"] == 1e9
+    row = columns(status)
+    assert (row["predicted_clearance"], row["clearance"], row["first_contact"]) == ("", 0.25, "")
+    assert to_text(status.predicted_clearance, "predicted_clearance") == "nobody"
+    assert columns(1e9, "clearance") == {"clearance": ""}
+    assert to_text(-1.0, "header.x") == "-1.0"
 
 
 def test_messages_as_text_and_columns() -> None:

@@ -119,10 +119,10 @@ def summarise(
     )
 
     def rate(topic: str) -> float | None:
-        if series is None:
+        if series is None or not scenario.persons:
             return None
         names = [f"/humans/bodies/{body.id}/{topic}" for body in scenario.persons]
-        return max((series.rates_hz.get(name, 0.0) for name in names), default=0.0)
+        return max(series.rates_hz.get(name, 0.0) for name in names)
 
     touched = any(r.min_clearance_m is not None and r.min_clearance_m <= 0.0 for r in reaches)
     # Nothing is known of a person whom neither the bag nor anybody live has seen.
@@ -194,11 +194,14 @@ def print_table(console: Console, summary: dict[str, Any]) -> None:
     for count, reach in enumerate(summary["reaches"], 1):
         good = reach["outcome"] == "reached"
         least = reach["min_clearance_m"]
+        clear = _cm(least)
+        if least is None and reach["goal_error_m"] is not None:  # recorded: there was nobody
+            clear = "nobody"
         table.add_row(
             str(count),
             f"[green]{reach['outcome']}[/]" if good else f"[red]{reach['outcome']}[/]",
             number(reach["goal_error_m"], ".1f", 1e3),
-            f"[red]{_cm(least)}[/]" if least is not None and least <= 0 else _cm(least),
+            f"[red]{clear}[/]" if least is not None and least <= 0 else clear,
             _cm(reach["baseline_min_clearance_m"]),
             f"{reach['duration_s']:.2f}",
             str(reach["replans"]),
@@ -208,7 +211,8 @@ def print_table(console: Console, summary: dict[str, Any]) -> None:
     console.print(table)
     console.print(
         "clear: smallest true distance robot-person; base: the same without replanning; "
-        "plans: replans that took effect; late: those dropped; jump: of the reference at hand-overs",
+        "plans: replans that took effect; late: those dropped; jump: of the reference at hand-overs; "
+        "–: there is none, or it was not recorded",
         highlight=False,
     )
     for count, reach in enumerate(summary["reaches"], 1):

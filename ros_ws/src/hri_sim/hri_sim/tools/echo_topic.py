@@ -66,7 +66,8 @@ class _Printer:
         self.count += 1
         value = follow(message, self._steps) if self._steps else message
         if self._csv is None:
-            print(to_text(value) if self._steps else f"{to_text(value)}\n---", flush=True)
+            text = to_text(value, self._label)
+            print(text if self._steps else f"{text}\n---", flush=True)
             return
         row = columns(value, self._label)
         if list(row) != self._header:

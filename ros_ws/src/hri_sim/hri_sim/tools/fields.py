@@ -11,6 +11,16 @@ import yaml
 
 from hri_prediction.errors import ConfigError
 
+FAR_M = 1e8
+"""Distances beyond this stand for that nobody is there: messages say 1e9 [m]."""
+_NOTHING = {
+    "clearance": ("nobody", lambda value: value > FAR_M),
+    "predicted_clearance": ("nobody", lambda value: value > FAR_M),
+    "min_separation": ("nobody", lambda value: value > FAR_M),
+    "first_contact": ("none", lambda value: value < 0.0),
+}
+"""Fields that have a number for nothing: what it means, and how it is told."""
+_NUMBER = re.compile(r" *(?P<name>\w+): (?P<number>-?[\d.]+(e[+-]?\d+)?)")
 _STEP = re.compile(r"\.?(?P<name>[A-Za-z]\w*)|\[(?P<index>-?\d+)\]")
 
 
@@ -80,13 +90,35 @@ def plain(value: Any) -> Any:
     return value
 
 
-def to_text(value: Any) -> str:
-    """A message as YAML, arrays on one line."""
+def nothing(name: str, value: Any) -> str:
+    """What a number means that stands for nothing, such as a clearance of 1e9 m; else nothing.
+
+    Args:
+        name: The field, or a path to it.
+        value: What it holds.
+    """
+    word, stands = _NOTHING.get(name.rpartition(".")[2], ("", None))
+    return word if stands is not None and isinstance(value, float) and stands(value) else ""
+
+
+def to_text(value: Any, name: str = "") -> str:
+    """A message as YAML, arrays on one line; numbers that stand for nothing have a comment.
+
+    Args:
+        value: A message or a part of one.
+        name: Path to the part.
+    """
     node = plain(value)
     if not isinstance(node, dict):
-        return str(node)
+        return nothing(name, node) or str(node)
     text = yaml.dump(node, Dumper=_Dumper, sort_keys=False, width=2**20, allow_unicode=True)
-    return text.rstrip()
+    return "\n".join(_commented(line) for line in text.rstrip().split("\n"))
+
+
+def _commented(line: str) -> str:
+    match = _NUMBER.fullmatch(line)
+    word = nothing(match["name"], float(match["number"])) if match else ""
+    return f"{line}  # {word}" if word else line
 
 
 class _Dumper(yaml.SafeDumper):
@@ -102,14 +134,14 @@ _Dumper.add_representer(list, _represent_list)
 
 
 def columns(value: Any, prefix: str = "") -> dict[str, Any]:
-    """A message as one flat row: path to number or text."""
+    """A message as one flat row: path to number or text; empty where a number stands for nothing."""
     node = plain(value)
     if isinstance(node, dict):
         items = [(f"{prefix}.{key}" if prefix else key, item) for key, item in node.items()]
     elif isinstance(node, list):
         items = [(f"{prefix}[{index}]", item) for index, item in enumerate(node)]
     else:
-        return {prefix: node}
+        return {prefix: "" if nothing(prefix, node) else node}
     row: dict[str, Any] = {}
     for path, item in items:
         row |= columns(item, path)
