@@ -8,12 +8,12 @@ frozen and refuse unknown fields. Everything is in metres, radians and seconds, 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
-from pydantic_core import ErrorDetails
 
 from hri_prediction.errors import ConfigError, all_of
 from hri_sim.people.arm import ArmModel
@@ -282,7 +282,7 @@ def _as_config_error(error: ValidationError, where: str) -> ConfigError:
     return all_of(where, [fault for problem in own for fault in _faults(problem)])
 
 
-def _faults(problem: ErrorDetails) -> list[ConfigError]:
+def _faults(problem: Mapping[str, Any]) -> list[ConfigError]:
     """What one complaint is about, in our words."""
     place = problem["loc"]
     field = ".".join(map(str, place))
