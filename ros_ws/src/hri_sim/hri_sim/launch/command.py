@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
 
 import typer
 from rich.console import Console
@@ -11,7 +12,8 @@ from rich.console import Console
 from hri_prediction.errors import HriError
 from hri_sim.launch.folder import LOGS
 from hri_sim.launch.run import RunOptions, explain, run_graph
-from hri_sim.launch.summary import print_table, succeeded
+from hri_sim.launch.summary import SUMMARY, print_table, succeeded
+from hri_sim.media.frames import RunRecord
 
 
 def _told(console: Console, what: str) -> AbstractContextManager[object]:
@@ -20,6 +22,25 @@ def _told(console: Console, what: str) -> AbstractContextManager[object]:
         return console.status(what)
     console.print(what, highlight=False)
     return nullcontext()
+
+
+def draw(
+    record: RunRecord, folder: Path, console: Console, *, picture: bool, video: bool
+) -> dict[str, Path]:
+    """Draw what is asked for into a folder; the files by what they are."""
+    from hri_sim.media.picture import draw_picture
+    from hri_sim.media.video import render_video
+
+    files = {}
+    if picture:
+        files["picture"] = folder / "picture.png"
+        with _told(console, "drawing picture.png"):
+            draw_picture(record, files["picture"])
+    if video:
+        files["video"] = folder / "video.mp4"
+        with _told(console, "rendering video.mp4"):
+            render_video(record, files["video"])
+    return files
 
 
 def conduct(options: RunOptions, console: Console, *, picture: bool, video: bool) -> int:
@@ -32,24 +53,14 @@ def conduct(options: RunOptions, console: Console, *, picture: bool, video: bool
         typer.Exit: with code 1 when the run failed, 130 after Ctrl-C.
         SystemExit: with code 143 after SIGTERM, as the scripts turn it into one.
     """
-    from hri_sim.media.picture import draw_picture
-    from hri_sim.media.video import render_video
-
     begin = time.monotonic()
     folder = options.out
-    files = {"bag": options.bag or folder / "bag", "figures": folder / "summary.json"}
+    files = {"bag": options.bag or folder / "bag", "figures": folder / SUMMARY}
     try:
         result = run_graph(options, console)
         print_table(console, result.summary)
         if result.series is not None:
-            if picture:
-                files["picture"] = folder / "picture.png"
-                with _told(console, "drawing picture.png"):
-                    draw_picture(result.series.record, files["picture"])
-            if video:
-                files["video"] = folder / "video.mp4"
-                with _told(console, "rendering video.mp4"):
-                    render_video(result.series.record, files["video"])
+            files |= draw(result.series.record, folder, console, picture=picture, video=video)
     except (HriError, OSError) as error:
         explain(error, console)
         raise typer.Exit(1) from error

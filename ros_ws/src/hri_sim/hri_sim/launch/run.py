@@ -24,7 +24,7 @@ from hri_sim.launch.folder import RunFolders
 from hri_sim.launch.parameters import complete_parameters, read_parameters
 from hri_sim.launch.record import Series, read_run, with_baseline
 from hri_sim.launch.scene import LIBRARY, SCENARIO, run_library, run_scene
-from hri_sim.launch.summary import print_table, summarise, write_summary
+from hri_sim.launch.summary import SUMMARY, print_table, summarise, write_summary
 from hri_sim.launch.supervisor import NodeSpec, Supervisor
 from hri_sim.scenario.schema import Scenario, save_scenario
 
@@ -242,11 +242,11 @@ def _run_graph(options: RunOptions, console: Console, folders: RunFolders) -> Ru
     summary = summarise(series, reports, scenario=scenario, bag=bag, seed=options.seed)
     summary["origin"] = origin
     try:
-        write_summary(options.out / "summary.json", summary)
+        write_summary(options.out / SUMMARY, summary)
     except OSError as error:
         if broken is None:
             raise
-        _print(console, f"no summary.json: {_words(error)}")
+        _print(console, f"no {SUMMARY}: {_words(error)}")
     if broken is not None:
         print_table(console, summary)
         raise broken

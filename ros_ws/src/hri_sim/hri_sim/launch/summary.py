@@ -19,6 +19,8 @@ from hri_sim.launch.reports import INTERRUPTED, ReachReport
 from hri_sim.scenario.schema import Scenario
 
 FloatArray = NDArray[np.float64]
+SUMMARY = "summary.json"
+"""File in the folder of a run."""
 
 
 @dataclass(frozen=True)

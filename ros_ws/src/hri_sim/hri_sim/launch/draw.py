@@ -1,0 +1,155 @@
+"""Command line of ``scripts/draw_run.py``: picture and video of an earlier run, from its bag."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from rich.console import Console
+
+from hri_prediction.bags.reader import BagReader
+from hri_prediction.errors import ConfigError, DataError, HriError
+from hri_prediction.ros.messages import PlannerStatus
+from hri_prediction.ros.time import to_ns
+from hri_sim.launch.command import draw
+from hri_sim.launch.folder import BAG
+from hri_sim.launch.record import read_run, with_baseline
+from hri_sim.launch.reports import ReachReport
+from hri_sim.launch.run import explain
+from hri_sim.launch.scene import SCENARIO
+from hri_sim.launch.summary import SUMMARY
+from hri_sim.media.frames import RunRecord
+from hri_sim.scenario.schema import load_scenario
+
+UNKNOWN = "outcome not known"
+"""Outcome of a reach of a run that was not summed up."""
+_UNDER_WAY = (PlannerStatus.MOVING, PlannerStatus.WAITING, PlannerStatus.STOPPING)
+
+app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+
+
+def _summary(folder: Path) -> dict[str, Any]:
+    path = folder / SUMMARY
+    if not path.exists():  # broken off at the worst moment, say
+        return {}
+    try:
+        found = json.loads(path.read_text())
+    except (OSError, ValueError) as error:
+        raise DataError(f"cannot read {path}: {error}") from error
+    if not isinstance(found, dict) or not isinstance(found.get("reaches"), list):
+        raise DataError(f"{path} holds no reaches", expected="the summary of a run")
+    return found
+
+
+def _bag(folder: Path, summary: dict[str, Any]) -> Path:
+    """The bag of a run: in its folder, or where ``--record`` had put it."""
+    places = [folder / BAG, Path(summary.get("bag", folder / BAG))]
+    for place in places:
+        if place.exists():
+            return place
+    raise ConfigError(
+        f"{folder} holds no {BAG}",
+        expected="the folder of a run: --out of scripts/launch_ptomp.py or scripts/demo",
+        hint="" if places[1] == places[0] else f"its summary names {places[1]}, which is not there",
+    )
+
+
+def reports_of(reader: BagReader, outcomes: list[str]) -> list[ReachReport]:
+    """The reaches of a run as its bag tells them: from the cues, and from what the planner said.
+
+    A reach ends with the last status that the robot was under way to it, which is right to a replan.
+
+    Args:
+        reader: Bag of the run.
+        outcomes: Outcomes that the run was summed up with, as far as there are any.
+
+    Returns:
+        One report a cue, up to the first reach whose cue is not in the bag.
+    """
+    cues: dict[int, int] = {}
+    under_way: list[int] = []
+    status = {"/sim/cue", "/ptomp/status"}
+    for message in reader.messages(status & set(reader.topics)):
+        decoded = message.decode()
+        if message.topic == "/sim/cue":
+            cues.setdefault(decoded.reach, to_ns(decoded.header.stamp))
+        elif decoded.stage in _UNDER_WAY:
+            under_way.append(to_ns(decoded.header.stamp))
+    times = np.array(under_way, dtype=np.int64)
+    reports: list[ReachReport] = []
+    while (index := len(reports)) in cues:
+        begin, until = cues[index], cues.get(index + 1, np.iinfo(np.int64).max)
+        during = times[(times >= begin) & (times < until)]
+        end_ns = int(during.max()) if len(during) else begin
+        reports.append(
+            ReachReport(
+                index=index,
+                target="",
+                outcome=outcomes[index] if index < len(outcomes) else UNKNOWN,
+                reason="",
+                cue_ns=begin,
+                end_ns=end_ns,
+                over_ns=end_ns,
+                duration_s=(end_ns - begin) * 1e-9,
+                replans=0,
+            )
+        )
+    return reports
+
+
+def earlier_run(folder: Path) -> RunRecord:
+    """What pictures of a run are made from, with its baseline, out of the run's folder.
+
+    Raises:
+        ConfigError: when it is no folder of a run.
+        DataError: when its bag or its summary cannot be read.
+    """
+    summary = _summary(folder)
+    bag = _bag(folder, summary)
+    scenario = load_scenario(folder / SCENARIO)
+    reader = BagReader(bag, allow_unclosed=True)
+    outcomes = [str(reach.get("outcome", UNKNOWN)) for reach in summary.get("reaches", ())]
+    known = {name: reader.custom_data.get(name, "?") for name in ("planner", "seed")}
+    series = read_run(
+        bag,
+        scenario,
+        reports_of(reader, outcomes),
+        sensor_delay_s=0.0,
+        title=f"{scenario.name} · {known['planner']} · seed {known['seed']}",
+    )
+    return with_baseline(series.record)
+
+
+@app.command(context_settings={"help_option_names": ["-h", "--help"]})
+def draw_run(
+    run: Annotated[Path, typer.Argument(help="Folder of the run: the --out of its launch.")],
+    video: Annotated[bool, typer.Option("--video", help="Render video.mp4 as well.")] = False,
+    out: Annotated[
+        Path | None, typer.Option(help="Where the files go. Default: the run's folder.")
+    ] = None,
+) -> None:
+    """Draw picture.png, and with --video video.mp4, of an earlier run from its bag.
+
+    Those that are there are replaced. Also draws runs that were broken off, as far as they were
+    recorded. The baseline is simulated anew.
+    """
+    console = Console()
+    folder = out or run
+    try:
+        record = earlier_run(run)
+        folder.mkdir(parents=True, exist_ok=True)
+        files = draw(record, folder, console, picture=True, video=video)
+    except (HriError, OSError) as error:
+        explain(error, console)
+        raise typer.Exit(1) from error
+    for path in files.values():
+        console.print(str(path), highlight=False, markup=False, soft_wrap=True)
+
+
+def main() -> int:
+    """Entry point."""
+    app(prog_name="draw_run.py")
+    return 0
