@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import sys
 from pathlib import Path
@@ -11,7 +12,6 @@ import numpy as np
 import typer
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from hri_prediction.benchmarks import promp_cases as cases
@@ -19,6 +19,7 @@ from hri_prediction.benchmarks import promp_reference as reference
 from hri_prediction.errors import HriError
 from hri_prediction.results.folder import check_folder
 from hri_prediction.results.origin import origin_line, results_origin
+from hri_prediction.results.progress import ProgressLine
 from hri_prediction.warm import warm_kernels
 
 OUTPUTS = ("results.json", "results.md")
@@ -61,14 +62,14 @@ def measure(seed: int, extent: cases.Extent, console: Console) -> dict[str, Any]
     """
     others = reference.available()
     generators = np.random.default_rng(seed).spawn(6)
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console) as progress:
-        line = progress.add_task("compiling kernels", total=None)
+    with ProgressLine(console) as progress:
+        progress.say("compiling kernels")
         warm_kernels()
 
         def begin(text: str, rounds: int) -> cases.Progress:
-            progress.reset(line, total=rounds + 1, description=text)
-            return lambda: progress.advance(line)
+            progress.say(text)
+            done = itertools.count(1)
+            return lambda: progress.count(next(done), rounds + 1)
 
         tick = begin("fit", extent.fit)
         fit = cases.fit_case(generators[0], cases.FIT_WEIGHTS, extent, others, tick)

@@ -12,7 +12,6 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from rich.console import Console
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from hri_prediction.config import load_yaml
@@ -21,6 +20,7 @@ from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.training import TASK_FIELDS, TrainingResult, train_from_files
 from hri_prediction.results.folder import check_folder
 from hri_prediction.results.origin import origin_line, results_origin
+from hri_prediction.results.progress import ProgressLine
 
 _SMOKE_TRACKS = 5
 _OUTPUTS = ("library.npz", "results.json", "results.md", "wrist.png")
@@ -160,10 +160,7 @@ def train_promp(
         settings = load_yaml(PredictorConfig, config) if config else PredictorConfig()
         settings = dataclasses.replace(settings, min_demonstrations=min_demonstrations)
         origin = results_origin()
-        with Progress(
-            SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn(), console=console
-        ) as progress:
-            line = progress.add_task("starting", total=None)
+        with ProgressLine(console) as progress:
             result = train_from_files(
                 files,
                 settings,
@@ -172,9 +169,9 @@ def train_promp(
                 leave_out_subject=leave_out_subject,
                 leave_out_trial=leave_out_trial,
                 max_tracks=_SMOKE_TRACKS if smoke else 0,
-                progress=lambda text: progress.update(line, description=text),
+                progress=progress.say,
             )
-            progress.update(line, description=f"writing {out}")
+            progress.say(f"writing {out}")
             write_results(result, out, seed, origin)
     except HriError as error:
         print(f"error: {error}", file=sys.stderr)

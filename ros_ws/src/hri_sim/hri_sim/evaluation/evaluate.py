@@ -12,7 +12,6 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from hri_prediction.config import load_yaml
@@ -30,6 +29,7 @@ from hri_prediction.evaluation.run import evaluate, has_reference
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.training import TASK_FIELDS
 from hri_prediction.results.origin import origin_line, results_origin
+from hri_prediction.results.progress import ProgressLine
 from hri_prediction.tracks.segmentation import SegmentationConfig
 from hri_sim.people.population import FAMILIES, population
 
@@ -136,18 +136,17 @@ def run_job(job: Job, out: Path, workers: int, console: Console) -> dict[str, An
             f"cannot make --out {out}: {error.strerror}", hint="choose another with --out"
         ) from error
     origin = results_origin()
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    with Progress(*columns, TimeElapsedColumn(), console=console) as progress:
-        line = progress.add_task("reading", total=None)
+    with ProgressLine(console) as progress:
+        progress.say("reading")
         recordings, group_by = read_data(job)
         settings = Settings(job.protocol, job.observed, job.config, group_by, has_reference())
-        progress.update(line, description="folds")
+        progress.say("folds")
         evaluation = evaluate(
             recordings,
             settings,
             out / "folds",
             workers=workers,
-            progress=lambda done, of: progress.update(line, completed=done, total=of),
+            progress=progress.count,
         )
     name = job.data if job.data == SIMULATED else Path(job.data).name
     results = {

@@ -1,0 +1,72 @@
+"""How far something is: a live line on a terminal, plain lines anywhere else."""
+
+from __future__ import annotations
+
+import time
+from types import TracebackType
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+PLAIN_PERIOD_S = 2.0
+"""A file or a pipe gets a line this often at most [s]."""
+
+
+class ProgressLine:
+    """Says what is done at present; a context manager.
+
+    A pipe gets no spinners, no escape codes and nothing that is drawn twice.
+
+    Args:
+        console: Where to.
+    """
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+        self._live: Progress | None = None
+        if console.is_terminal:
+            columns = (
+                TextColumn("{task.description}", markup=False),
+                BarColumn(),
+                MofNCompleteColumn(),
+            )
+            self._live = Progress(*columns, TimeElapsedColumn(), console=console)
+            self._line = self._live.add_task("", total=None)
+        self._said = ""
+        self._next_s = 0.0
+        self._text = ""
+
+    def __enter__(self) -> ProgressLine:
+        if self._live is not None:
+            self._live.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._live is not None:
+            self._live.stop()
+
+    def say(self, text: str) -> None:
+        """What is done from now on."""
+        self._text = text
+        if self._live is not None:
+            self._live.reset(self._line, total=None, description=text)
+        else:
+            self._plain(text)
+
+    def count(self, done: int, of: int) -> None:
+        """How many steps of it are done, of how many."""
+        if self._live is not None:
+            self._live.update(self._line, completed=done, total=of)
+        else:
+            self._plain(f"{self._text}: {done} of {of}", last=done == of)
+
+    def _plain(self, text: str, last: bool = False) -> None:
+        now = time.monotonic()
+        if text != self._said and (last or now >= self._next_s):
+            self._said, self._next_s = text, now + PLAIN_PERIOD_S
+            self._console.print(text, highlight=False, markup=False, soft_wrap=True)
