@@ -184,6 +184,23 @@ def test_a_signal_stops_the_robot_then_all_nodes(
     print(f"all ended {took:.1f} s after {number.name}, the robot at rest after {stopped:.0f} ms")
 
 
+def test_ctrl_c_twice_keeps_recording_and_summary(launch: Launch) -> None:
+    run = launch("--reaches", "1", "--seed", "101")
+    nodes = nodes_of_moving_robot(run)
+    run.process.send_signal(signal.SIGINT)
+    run.wait_for("Ctrl-C again")
+    run.process.send_signal(signal.SIGINT)
+    assert run.end(20.0) == 130, run.text
+    assert not still_running(nodes, 0.5)
+    assert "Traceback" not in run.text
+    (file,) = (run.out / "bag").glob("*.mcap")
+    assert is_closed(file)
+    summary = json.loads((run.out / "summary.json").read_text())
+    assert summary["outcome"] == "interrupted"
+    assert summary["reaches"][-1]["min_clearance_m"] is not None
+    assert "Reaches" in run.text
+
+
 @pytest.mark.parametrize(
     ("name", "number", "how"),
     [

@@ -6,9 +6,12 @@ import errno
 import io
 import json
 import os
+import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -40,7 +43,7 @@ class _NoNodes:
     def start(self, specs: object) -> None:
         pass
 
-    def stop(self, tell: object) -> list[str]:
+    def stop(self, tell: object, hurry: object) -> list[str]:
         return []
 
     def died(self, label: str) -> bool:
@@ -51,6 +54,7 @@ class _Dying:
     """In place of the conductor: the planner dies while the run is under way."""
 
     begun = True
+    insisted: tuple[int, ...] = ()
     reports: tuple[Any, ...] = ()
 
     def __init__(self, *arguments: object, **options: object) -> None:
@@ -58,6 +62,55 @@ class _Dying:
 
     def run(self) -> None:
         raise NodeDeath(Death("ptomp", -9, ()))
+
+
+class _Interrupted(_Dying):
+    """Ctrl-C comes while the run is under way."""
+
+    def run(self) -> None:
+        raise KeyboardInterrupt
+
+
+class _Finished(_Dying):
+    """All goes well."""
+
+    def run(self) -> None:
+        pass
+
+
+class _Insisted(_NoNodes):
+    """Ctrl-C comes again, twice, while nodes are stopped."""
+
+    hurried: tuple[int, ...] = ()
+
+    def stop(self, tell: object, hurry: Callable[[], int]) -> list[str]:
+        seen = [hurry()]
+        for _ in range(2):
+            signal.raise_signal(signal.SIGINT)
+            seen.append(hurry())
+        type(self).hurried = tuple(seen)
+        return ["person", "recorder"]
+
+
+@pytest.mark.parametrize("conductor", [_Interrupted, _Finished])
+def test_ctrl_c_again_loses_no_summary(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, console: Console, conductor: type
+) -> None:
+    before = signal.getsignal(signal.SIGINT)
+    monkeypatch.setattr(run, "Supervisor", _Insisted)
+    monkeypatch.setattr(run, "Conductor", conductor)
+    monkeypatch.setattr(run, "CpuMeter", lambda pids: SimpleNamespace(cores=lambda: 0.0))
+    with pytest.raises(KeyboardInterrupt):
+        run_graph(RunOptions(out=tmp_path / "run", reaches=1), console)
+    assert _Insisted.hurried == (0, 1, 2)
+    assert json.loads((tmp_path / "run" / "summary.json").read_text())["outcome"] == "interrupted"
+    said = _said(console)
+    assert ("Ctrl-C again" in said) is (conductor is _Interrupted)
+    assert "had to be killed: person, recorder" in said
+    assert "bag was not closed" in said
+    assert "--salvage" in said
+    assert "Reaches" in said
+    assert signal.getsignal(signal.SIGINT) == before
 
 
 @pytest.fixture

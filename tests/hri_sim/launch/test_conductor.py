@@ -11,7 +11,7 @@ import rclpy
 
 from hri_prediction.ros.messages import SimState
 from hri_sim.launch.conductor import Conductor, vital_topics
-from hri_sim.launch.held_signals import HeldSignals
+from hri_sim.launch.held_signals import EndingSignals, HeldSignals
 from hri_sim.launch.supervisor import Supervisor
 from hri_sim.scenario.shipped import load_shipped
 
@@ -75,6 +75,30 @@ def test_a_signal_takes_effect_between_two_steps(
         assert signal.getsignal(number) == end
     finally:
         signal.signal(number, before)
+
+
+def test_signals_at_the_end_only_hurry_it() -> None:
+    class Ended(Exception):
+        pass
+
+    def end(number: int, frame: object) -> None:
+        raise Ended
+
+    before = signal.signal(signal.SIGINT, end)
+    try:
+        with EndingSignals() as signals:
+            held = HeldSignals()
+            signal.raise_signal(signal.SIGINT)
+            signals.begin(held.waiting)
+            held.restore()
+            assert signals.count == 1
+            signal.raise_signal(signal.SIGINT)
+            assert signals.count == 2
+            with pytest.raises(Ended):
+                signals.pass_on()
+        assert signal.getsignal(signal.SIGINT) == end
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def test_the_smallest_clearance_is_kept_for_each_reach(

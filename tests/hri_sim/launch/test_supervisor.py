@@ -58,3 +58,28 @@ def test_who_writes_may_take_longer_to_end(tmp_path: Path, monkeypatch: pytest.M
     assert nodes.last_words("writer") == ("ready", "closed")
     (line,) = said
     assert line.startswith("writer is still writing")
+
+
+@pytest.mark.parametrize(
+    ("hurry", "killed"), [(1, ["stuck"]), (2, ["stuck", "writer"])], ids=["once", "twice"]
+)
+def test_ctrl_c_again_costs_the_recording_only_at_the_second_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, hurry: int, killed: list[str]
+) -> None:
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
+    _install(tmp_path, "writer", 0.5)
+    _install(tmp_path, "stuck", 60.0)
+    said: list[str] = []
+    with Supervisor(tmp_path / "run") as nodes:
+        nodes.start(
+            [NodeSpec("cell", "stuck"), NodeSpec("cell", "writer", last=True, stop_timeout_s=20.0)]
+        )
+        end = time.monotonic() + 10.0
+        while not (nodes.last_words("stuck") and nodes.last_words("writer")):
+            assert time.monotonic() < end
+            time.sleep(0.01)
+        begin = time.monotonic()
+        assert nodes.stop(said.append, lambda: hurry) == killed
+        assert time.monotonic() - begin < 4.0  # stuck would have been waited for for 5 s
+    assert len(said) == (hurry == 1)
+    assert all("or at the next Ctrl-C" in text for text in said)

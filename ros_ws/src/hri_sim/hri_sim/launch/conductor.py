@@ -124,6 +124,11 @@ class Conductor:
             for report, closest in zip(self._reports, self._closest, strict=False)
         ]
 
+    @property
+    def insisted(self) -> tuple[int, ...]:
+        """Signals to end that have come and had no effect yet."""
+        return self._signals.waiting
+
     def close(self) -> None:
         """Destroy node and context; signals have their effect at once again."""
         self._signals.restore()
@@ -134,6 +139,8 @@ class Conductor:
 
     def break_off(self, reason: str) -> None:
         """Cancel the motion and leave the stop chain its time: nodes are stopped only afterwards.
+
+        Another signal to end cuts that short: without the nodes the controller stops by itself.
 
         Args:
             reason: Why; said of the reach that is under way.
@@ -149,8 +156,9 @@ class Conductor:
 
         self._node.create_subscription(JointState, "joint_states", note, SENSOR)
         begin = time.monotonic()
-        while time.monotonic() < begin + STOP_S or (
-            fastest[0] > REST_SPEED and time.monotonic() < begin + LONGEST_STOP_S
+        while not self._signals.waiting and (
+            time.monotonic() < begin + STOP_S
+            or (fastest[0] > REST_SPEED and time.monotonic() < begin + LONGEST_STOP_S)
         ):
             self._executor.spin_once(timeout_sec=0.02)
 

@@ -21,6 +21,7 @@ from hri_prediction.results.origin import results_origin
 from hri_prediction.tracks.placement import Placement
 from hri_sim.launch.conductor import Conductor, NodeDeath
 from hri_sim.launch.folder import RunFolders
+from hri_sim.launch.held_signals import EndingSignals
 from hri_sim.launch.parameters import complete_parameters, read_parameters
 from hri_sim.launch.record import Series, read_run, with_baseline
 from hri_sim.launch.scene import LIBRARY, SCENARIO, run_library, run_scene
@@ -33,6 +34,8 @@ COMMAND_TIMEOUT_S = 0.1
 READY_TIMEOUT_S = 90.0
 RECORDER_STOP_TIMEOUT_S = 30.0
 """A slow disk may still have to take much of the bag when a run ends [s]."""
+AGAIN = "Ctrl-C again ends it faster, without losing the recording and the summary"
+SALVAGE = "scripts/inspect_bag.py BAG --salvage OUT makes a whole one of it"
 
 
 @dataclass(frozen=True)
@@ -183,11 +186,16 @@ def run_graph(options: RunOptions, console: Console) -> RunResult:
         DataError: when the bag of a run that went well cannot be read.
         OSError: when a file of the run cannot be written: the disk is full, say.
     """
-    with RunFolders(options.out, options.bag, (SCENARIO, LIBRARY)) as folders:
-        return _run_graph(options, console, folders)
+    with (
+        RunFolders(options.out, options.bag, (SCENARIO, LIBRARY)) as folders,
+        EndingSignals() as signals,
+    ):
+        return _run_graph(options, console, folders, signals)
 
 
-def _run_graph(options: RunOptions, console: Console, folders: RunFolders) -> RunResult:
+def _run_graph(
+    options: RunOptions, console: Console, folders: RunFolders, signals: EndingSignals
+) -> RunResult:
     bag = folders.bag
     origin = results_origin()
     scenario, placement, facing = run_scene(options)
@@ -212,16 +220,23 @@ def _run_graph(options: RunOptions, console: Console, folders: RunFolders) -> Ru
             conductor.run()
             cpu_cores = load.cores()
         except BaseException as error:  # also Ctrl-C
+            if isinstance(error, KeyboardInterrupt):
+                _print(console, f"stopping; {AGAIN}")
             conductor.break_off(_why(error))
-            if not conductor.begun:
-                raise
             broken = error
         finally:
+            signals.begin(conductor.insisted)
             conductor.close()
         say("stopping")
-        killed = supervisor.stop(tell=lambda text: _print(console, text))
+        killed = supervisor.stop(
+            tell=lambda text: _print(console, text), hurry=lambda: signals.count
+        )
     if killed:
-        console.print(f"had to be killed: {', '.join(killed)}", highlight=False)
+        _print(console, f"had to be killed: {', '.join(killed)}")
+    if "recorder" in killed and conductor.begun:
+        _print(console, f"{bag} was not closed: its last half second may be missing; {SALVAGE}")
+    if broken is not None and not conductor.begun:
+        raise broken
     reports = conductor.reports
     simulated = options.human == "simulated" and bool(scenario.persons)
     series = None
@@ -233,10 +248,10 @@ def _run_graph(options: RunOptions, console: Console, folders: RunFolders) -> Ru
             sensor_delay_s=scenario.persons[0].latency if simulated else 0.0,
             title=f"{scenario.name} · {options.planner} · seed {options.seed}",
         )
-        if broken is None:
+        if broken is None and not signals.count:
             series = replace(series, record=with_baseline(series.record))
     except Exception as error:  # a bag that ended early may be broken in any way
-        if not (broken or supervisor.died("recorder")):
+        if not (broken or supervisor.died("recorder") or "recorder" in killed):
             raise
         _print(console, f"no figures of the recording, which ended early: {error}")
     summary = summarise(series, reports, scenario=scenario, bag=bag, seed=options.seed)
@@ -250,6 +265,9 @@ def _run_graph(options: RunOptions, console: Console, folders: RunFolders) -> Ru
     if broken is not None:
         print_table(console, summary)
         raise broken
+    if signals.count:
+        print_table(console, summary)
+        signals.pass_on()
     return RunResult(summary, series, bag, cpu_cores)
 
 

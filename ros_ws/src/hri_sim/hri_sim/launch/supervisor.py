@@ -25,6 +25,9 @@ _PR_SET_PDEATHSIG = 1
 STOP_TIMEOUT_S = 5.0
 """How long a node may take to end after SIGINT, unless its specification gives it longer [s]."""
 
+_LOOK_S = 0.05
+"""How often a node that is to end is looked at [s]."""
+
 
 @dataclass(frozen=True)
 class NodeSpec:
@@ -216,11 +219,17 @@ class Supervisor:
         self._processes[label].kill()
         self._processes[label].wait()
 
-    def stop(self, tell: Callable[[str], None] | None = None) -> list[str]:
+    def stop(
+        self,
+        tell: Callable[[str], None] = lambda text: None,
+        hurry: Callable[[], int] = lambda: 0,
+    ) -> list[str]:
         """Stop all nodes, the recorder last.
 
         Args:
-            tell: Takes a line about a node that is waited for longer than usual.
+            tell: Takes a line about a node that is waited for longer than usual, or is not.
+            hurry: How often the user has asked for it to be quicker. From the first time on nodes are
+                killed at once, except the recorder, which is so from the second on.
 
         Returns:
             Those that had to be killed.
@@ -229,11 +238,13 @@ class Supervisor:
         for last in (False, True):
             batch = [name for name, spec in self._specs.items() if spec.last is last]
             running = [name for name in batch if self._processes[name].poll() is None]
-            killed += self._stop(running, tell or (lambda text: None))
+            killed += self._stop(running, tell, hurry, 2 if last else 1)
         self._reported.update(self._specs)
         return killed
 
-    def _stop(self, labels: list[str], tell: Callable[[str], None]) -> list[str]:
+    def _stop(
+        self, labels: list[str], tell: Callable[[str], None], hurry: Callable[[], int], enough: int
+    ) -> list[str]:
         for label in labels:
             with contextlib.suppress(ProcessLookupError):
                 self._processes[label].send_signal(signal.SIGINT)
@@ -241,19 +252,25 @@ class Supervisor:
         killed = []
         for label in labels:
             limit_s = self._specs[label].stop_timeout_s
-            if limit_s > STOP_TIMEOUT_S and not self._ends(label, begin + STOP_TIMEOUT_S):
-                tell(
-                    f"{label} is still writing: it is killed if that takes more than {limit_s:.0f} s"
-                )
-            if not self._ends(label, begin + limit_s):
-                self.kill(label)
-                killed.append(label)
+            told = limit_s <= STOP_TIMEOUT_S
+            while not self._ends(label):
+                waited_s = time.monotonic() - begin
+                if waited_s > limit_s or hurry() >= enough:
+                    self.kill(label)
+                    killed.append(label)
+                    break
+                if not told and (waited_s > STOP_TIMEOUT_S or hurry()):
+                    told = True
+                    tell(
+                        f"{label} is still writing: it is killed if that takes more than "
+                        f"{limit_s:.0f} s, or at the next Ctrl-C"
+                    )
         return killed
 
-    def _ends(self, label: str, deadline_s: float) -> bool:
-        """Whether a node ends by a time on the monotonic clock."""
+    def _ends(self, label: str) -> bool:
+        """Whether a node ends soon."""
         try:
-            self._processes[label].wait(max(deadline_s - time.monotonic(), 0.05))
+            self._processes[label].wait(_LOOK_S)
         except subprocess.TimeoutExpired:
             return False
         return True
