@@ -87,9 +87,14 @@ def test_out_of_reach_says_how_far(quiet: Graph) -> None:
 
 def test_into_the_table(quiet: Graph, scenario: Scenario) -> None:
     x, y, _ = scenario.targets[scenario.reaches[0].robot_target]
-    result = finish(quiet, quiet.reach(goal_at((x, y, scenario.table.top))))
-    assert result.outcome == Result.UNREACHABLE
-    assert "table" in result.reason
+    lowest = scenario.table.top + load_robot().capsule_radii[2]
+    for height in (scenario.table.top, scenario.table.top - 0.05, lowest - 0.002):
+        result = finish(quiet, quiet.reach(goal_at((x, y, height))), 0.1)
+        assert result.outcome == Result.UNREACHABLE
+        assert f"goal height {height:.3f} m puts the hand into the table" in result.reason
+        assert f"at least {lowest:.3f} m" in result.reason
+        assert result.replans == 0
+    assert not quiet.log["/joint_trajectory_controller/joint_trajectory"]  # it was not tried
     assert finish(quiet, start_reach(quiet, scenario)).outcome == Result.REACHED
 
 
