@@ -65,8 +65,9 @@ def conduct(options: RunOptions, console: Console, *, picture: bool, video: bool
         explain(error, console)
         raise typer.Exit(1) from error
     except (KeyboardInterrupt, SystemExit) as error:
-        begun = (folder / LOGS).exists()
-        where = f"; what was recorded is in {folder}" if begun else " before the run had begun"
+        where = " before the run had begun"
+        if (folder / LOGS).exists():
+            where = f"; what was recorded is in {folder}, scripts/draw_run.py draws it"
         console.print(f"stopped{where}", highlight=False, markup=False, soft_wrap=True)
         if isinstance(error, SystemExit):
             raise

@@ -220,7 +220,7 @@ def _run_graph(
             conductor.run()
             cpu_cores = load.cores()
         except BaseException as error:  # also Ctrl-C
-            if isinstance(error, KeyboardInterrupt):
+            if isinstance(error, KeyboardInterrupt) and conductor.begun:
                 _print(console, f"stopping; {AGAIN}")
             conductor.break_off(_why(error))
             broken = error
