@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hri_planner.ptomp.kernel import FIRST_FREE, TERMS
+from hri_planner.ptomp.layout import FIRST_FREE, TERMS
 
 
 def arm_points(q, lengths):

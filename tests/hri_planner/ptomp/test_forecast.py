@@ -5,6 +5,7 @@ import pytest
 
 from hri_planner.ptomp import HumanForecast
 from hri_planner.ptomp.forecast import pack_forecasts
+from hri_planner.ptomp.layout import LIMB_ROWS
 from hri_prediction.errors import DataError
 
 RADII = np.array([0.05, 0.04, 0.05])
@@ -29,7 +30,7 @@ def test_linear_between_and_still_outside():
 def test_arms_are_stacked():
     capsules, radii = pack_forecasts([_forecast(), _forecast(arms=2)], np.array([1.0, 1.1, 1.2]))
     assert radii.shape == (9,)
-    capsules = capsules.reshape(3, 3, 9, -1)
+    capsules = capsules.reshape(3, 3, LIMB_ROWS, -1)
     start, axis = capsules[0, 1, :3, 1], capsules[0, 1, 3:6, 1]
     np.testing.assert_allclose(start, _forecast().mean[1, 1])
     np.testing.assert_allclose(start + axis, _forecast().mean[1, 2])

@@ -50,8 +50,8 @@ def test_agrees_with_numpy():
         np.testing.assert_allclose(totals, expected.sum(1), rtol=1e-9)
         if arms:
             np.testing.assert_allclose(nearest, clearance, atol=1e-9)
-            profile = model.clearance_profile(trajectories[3])
-            assert profile[2:].min() == nearest[3]
+            profile = model.clearances(trajectories)
+            np.testing.assert_array_equal(profile[:, 2:].min(axis=1), nearest)
 
 
 def test_much_faster_than_numpy():

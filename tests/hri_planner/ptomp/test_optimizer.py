@@ -14,7 +14,7 @@ COLUMNS = 45
 STEP = 1.5 / 42
 
 
-def _problem():
+def _problem(precision="double"):
     """A straight joint motion through an arm that rests on the table."""
     rng = np.random.default_rng(0)
     seed = np.radians([0, -40, 0, 90, 0, -40, 0])
@@ -24,7 +24,7 @@ def _problem():
     trajectory = np.ascontiguousarray((ends[0] + blend * (ends[1] - ends[0])).T)
     arm = np.array([[0.8, 0, 0.4], [0.75, 0, 0.15], [0.5, 0, 0.15], [0.41, 0, 0.15]])
     forecast = HumanForecast(0.0, 1.0, arm[None], np.full((1, 4), 0.01), RADII)
-    model = CostModel(ROBOT, PtompConfig(), None)
+    model = CostModel(ROBOT, PtompConfig(precision=precision), None)
     model.bind(STEP * np.arange(-2, COLUMNS - 2), np.array([0.5, 0.35, 0.15]), [forecast], 0.07)
     return model, trajectory
 

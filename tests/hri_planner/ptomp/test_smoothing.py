@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hri_planner.ptomp.smoothing import back_substitute, banded_cholesky, smoothing_factors
+from hri_planner.ptomp.smoothing import add_smooth_noise, banded_cholesky, smoothing_factors
 
 
 def _matrix(size):
@@ -28,9 +28,10 @@ def test_factor_is_that_of_r(size):
 def test_draws_are_those_of_the_inverse(size):
     scaled, normalise = smoothing_factors()
     dense = np.linalg.cholesky(_matrix(size))
-    normals = np.random.default_rng(0).standard_normal(size)
-    out = np.ones(size)
-    back_substitute(scaled, normals, size, 2.0, out)
-    np.testing.assert_allclose(out, 1 + 2 * np.linalg.solve(dense.T, normals), rtol=1e-7)
+    normals = np.random.default_rng(0).standard_normal(3 * size)
+    rows = np.ones((3, size))
+    add_smooth_noise(scaled, normals, size, 2.0, rows)
+    draws = np.linalg.solve(dense.T, normals.reshape(3, size).T).T
+    np.testing.assert_allclose(rows, 1 + 2 * draws, rtol=1e-7)
     largest = np.sqrt(np.linalg.inv(_matrix(size)).diagonal().max())
     assert normalise[size] * largest == pytest.approx(1.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hri_planner.ptomp import HumanForecast, PtompConfig, PtompPlanner, TableBox
+from hri_planner.ptomp.costs import CostModel
 from hri_planner.robot import load_robot
 from hri_prediction.geometry import capsule_distances
 
@@ -18,11 +19,16 @@ def warm_kernels() -> None:
     start = np.radians([-40.0, -40.0, 0.0, 90.0, 0.0, -40.0, 0.0])
     goal = robot.frames(np.radians([40.0, -40.0, 0.0, 90.0, 0.0, -40.0, 0.0]))[3]
     table = TableBox((0.5, 0.0, -0.1), (1.0, 1.0, 0.1))
-    planner = PtompPlanner(robot, PtompConfig(), np.random.default_rng(0), table)
-    planner.start(start, np.zeros(7), goal, 1.0, 0.0)
     arm = np.array([[0.8, 0.0, 0.4], [0.7, 0.0, 0.3], [0.5, 0.0, 0.3], [0.4, 0.0, 0.3]])
     radii = np.array([0.05, 0.04, 0.05])
     people = HumanForecast(0.0, 0.1, arm[None], np.full((1, 4), 0.02), radii)
-    planner.replan(0.04, [people], iterations=4)
+    for precision in ("double", "single"):
+        config = PtompConfig(precision=precision)
+        planner = PtompPlanner(robot, config, np.random.default_rng(0), table)
+        planner.start(start, np.zeros(7), goal, 1.0, 0.0)
+        planner.replan(0.04, [people], iterations=4)
+        costs = CostModel(robot, config, table)
+        costs.bind(np.linspace(0.0, 0.4, 5), goal, [people], 0.05)
+        costs.clearances(np.tile(start[:, None], (1, 1, 5)))  # asked for when there is a contact
     axes = np.stack((arm[:-1], arm[1:]), axis=1)
     capsule_distances(robot.robot_capsules(start), robot.capsule_radii, axes, radii)

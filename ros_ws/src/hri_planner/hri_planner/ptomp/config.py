@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from importlib import resources
 
+import numpy as np
 import yaml
+from numpy.typing import DTypeLike
 
 from hri_prediction.config import from_mapping, parameter, validate
 from hri_prediction.errors import ConfigError
@@ -31,6 +33,10 @@ class PtompConfig:
         low=0,
         high=5000,
     )
+    precision: str = parameter(
+        "double", "Numbers of the optimiser; single is faster and rounds to micrometres",
+        choices=("double", "single"),
+    )  # fmt: skip
     exponentiated_cost_sensitivity: float = parameter(
         10.0, "Sharpness of the weights of roll-outs by total cost", low=0.1, high=100.0
     )
@@ -117,6 +123,11 @@ class PtompConfig:
             raise ConfigError(
                 f"kappa_min = {self.kappa_min}", expected=f"at most kappa = {self.kappa}"
             )
+
+
+def dtype_of(config: PtompConfig) -> DTypeLike:
+    """The type of number that a configuration asks the optimiser to compute in."""
+    return np.float32 if config.precision == "single" else np.float64
 
 
 def parameter_file_text() -> str:

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hri_planner.ptomp import kernel
-from hri_planner.ptomp.config import PtompConfig
+from hri_planner.ptomp import kernel, layout
+from hri_planner.ptomp.clearance import many_clearances
+from hri_planner.ptomp.config import PtompConfig, dtype_of
 from hri_planner.ptomp.forecast import HumanForecast, pack_forecasts
 from hri_planner.robot.model import RobotModel
+from hri_prediction.errors import ConfigError
 
 FloatArray = NDArray[np.float64]
+Array = NDArray[Any]
 
 NO_TABLE = -1e3
 
@@ -41,41 +45,41 @@ class CostModel:
 
     Args:
         robot: The robot.
-        config: Weights and margins.
+        config: Weights and margins, and the type of number to compute in.
         table: The table, if any.
     """
 
     def __init__(self, robot: RobotModel, config: PtompConfig, table: TableBox | None) -> None:
-        self._robot = robot
+        self.dtype = np.dtype(dtype_of(config))
         self._kappa = config.kappa
-        self._workspace = np.zeros(kernel.WORKSPACE_ROWS * kernel.ROW)
-        self._parameters = np.zeros(kernel.PARAMETER_COUNT)
+        self._body = pack_robot(robot).astype(self.dtype)
+        self._workspace = np.zeros(layout.WORKSPACE_ROWS * layout.ROW, self.dtype)
+        self._parameters = np.zeros(layout.PARAMETER_COUNT, self.dtype)
         height = NO_TABLE if table is None else table.top + config.table_margin
         for position, value in {
-            kernel.P_MARGIN: config.margin,
-            kernel.P_KAPPA: config.kappa,
-            kernel.P_COLLISION: config.collision_weight,
-            kernel.P_CONTACT_MARGIN: config.contact_margin,
-            kernel.P_CONTACT: config.contact_weight,
-            kernel.P_EFFORT: config.effort_weight,
-            kernel.P_JERK: config.jerk_weight,
-            kernel.P_LIMITS: config.joint_limit_weight,
-            kernel.P_LIMIT_SCALE: config.joint_limit_scale,
-            kernel.P_SPEED: config.speed_weight,
-            kernel.P_SPEED_SHARE: config.speed_share,
-            kernel.P_ACCELERATION: config.acceleration_weight,
-            kernel.P_ACCELERATION_LIMIT: config.acceleration_limit,
-            kernel.P_TABLE: config.table_weight,
-            kernel.P_TABLE_HEIGHT: height,
-            kernel.P_GOAL: config.goal_weight,
-            kernel.P_CONTROL: config.control_weight,
+            layout.P_MARGIN: config.margin,
+            layout.P_KAPPA: config.kappa,
+            layout.P_COLLISION: config.collision_weight,
+            layout.P_CONTACT_MARGIN: config.contact_margin,
+            layout.P_CONTACT: config.contact_weight,
+            layout.P_EFFORT: config.effort_weight,
+            layout.P_JERK: config.jerk_weight,
+            layout.P_LIMITS: config.joint_limit_weight,
+            layout.P_LIMIT_SCALE: config.joint_limit_scale,
+            layout.P_SPEED: config.speed_weight,
+            layout.P_SPEED_SHARE: config.speed_share,
+            layout.P_ACCELERATION: config.acceleration_weight,
+            layout.P_ACCELERATION_LIMIT: config.acceleration_limit,
+            layout.P_TABLE: config.table_weight,
+            layout.P_TABLE_HEIGHT: height,
+            layout.P_GOAL: config.goal_weight,
+            layout.P_CONTROL: config.control_weight,
         }.items():
             self._parameters[position] = value
-        self._terms = np.empty((0, kernel.TERM_COUNT))
-        self._nearest = np.empty(0)
+        self._terms = np.empty((0, layout.TERM_COUNT), self.dtype)
+        self._nearest = np.empty(0, self.dtype)
         self.columns = 0
-        self.step = 0.0
-        self.arguments: tuple[FloatArray, ...] = ()
+        self.problem: tuple[Array, ...] = ()
 
     def bind(
         self,
@@ -93,29 +97,28 @@ class CostModel:
             forecasts: People.
             margin: Margin in force [m].
             kappa: Standard deviations added to it; the configured ones when not given.
+
+        Raises:
+            ConfigError: when there are more columns than the kernels have room for.
         """
+        if len(times_s) > layout.MAX_COLUMNS:
+            raise ConfigError(f"{len(times_s)} columns", expected=f"at most {layout.MAX_COLUMNS}")
         self.columns = len(times_s)
-        self.step = float(times_s[1] - times_s[0])
-        self._parameters[kernel.P_MARGIN] = margin
-        self._parameters[kernel.P_KAPPA] = self._kappa if kappa is None else kappa
-        self._parameters[kernel.P_GOAL_X : kernel.P_GOAL_X + 3] = goal
+        self._parameters[layout.P_STEP] = times_s[1] - times_s[0]
+        self._parameters[layout.P_MARGIN] = margin
+        self._parameters[layout.P_KAPPA] = self._kappa if kappa is None else kappa
+        self._parameters[layout.P_GOAL_X : layout.P_GOAL_X + 3] = goal
         humans, radii = pack_forecasts(forecasts, times_s)
-        robot = self._robot
-        self.arguments = (
-            robot.lengths,
-            robot.part_masses,
-            robot.capsule_radii,
-            robot.lower,
-            robot.upper,
-            robot.velocity,
-            humans,
-            radii,
+        self.problem = (
+            self._body,
+            humans.astype(self.dtype, copy=False),
+            radii.astype(self.dtype, copy=False),
             self._parameters,
             self._workspace,
         )
 
-    def evaluate(self, trajectories: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Costs of trajectories (n, 7, P), P at least the number of columns.
+    def evaluate(self, trajectories: FloatArray) -> tuple[Array, Array, Array]:
+        """Costs of trajectories (n, 7, P), P the number of columns.
 
         Returns:
             Total (n,), terms (n, TERM_COUNT) and smallest predicted clearance (n,) [m]; the last
@@ -123,16 +126,31 @@ class CostModel:
         """
         count = len(trajectories)
         if count > len(self._terms):
-            self._terms = np.empty((count, kernel.TERM_COUNT))
-            self._nearest = np.empty(count)
+            self._terms = np.empty((count, layout.TERM_COUNT), self.dtype)
+            self._nearest = np.empty(count, self.dtype)
         terms, nearest = self._terms[:count], self._nearest[:count]
-        kernel.many_costs(trajectories, self.columns, self.step, *self.arguments, terms, nearest)
+        kernel.many_costs(self.pad(trajectories), self.columns, *self.problem, terms, nearest)
         return terms.sum(axis=1), terms, nearest
 
-    def clearance_profile(self, trajectory: FloatArray) -> FloatArray:
-        """Predicted clearance of one trajectory (7, P) at each column (P,) [m]."""
-        terms, nearest = np.empty((1, kernel.TERM_COUNT)), np.empty(1)
-        kernel.many_costs(
-            trajectory[None], self.columns, self.step, *self.arguments, terms, nearest
+    def clearances(self, trajectories: FloatArray) -> Array:
+        """Predicted clearance of trajectories (n, 7, P) at each column (n, P) [m]."""
+        result = np.empty((len(trajectories), self.columns), self.dtype)
+        many_clearances(self.pad(trajectories), self.columns, *self.problem, result)
+        return result
+
+    def pad(self, trajectories: FloatArray) -> Array:
+        """Trajectories (n, 7, P) in the layout and type of the kernels (n, 7, ROW); P as bound."""
+        padded = np.empty((len(trajectories), 7, layout.ROW), self.dtype)
+        padded[:, :, : self.columns] = trajectories
+        padded[:, :, self.columns :] = padded[:, :, self.columns - 1, None]
+        return padded
+
+
+def pack_robot(robot: RobotModel) -> FloatArray:
+    """The robot as the kernels take it (BODY_SIZE,), see the layout."""
+    return np.concatenate(
+        (
+            robot.lengths, robot.part_masses, robot.capsule_radii,
+            robot.lower, robot.upper, robot.velocity,
         )
-        return kernel.clearance_row(self._workspace)[: self.columns].copy()
+    )  # fmt: skip

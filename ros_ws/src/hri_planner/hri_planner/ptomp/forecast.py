@@ -8,7 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hri_planner.ptomp.kernel import ROW
+from hri_planner.ptomp.layout import (
+    LIMB_AXIS,
+    LIMB_INVERSE,
+    LIMB_RISE,
+    LIMB_ROWS,
+    LIMB_SIGMA,
+    LIMB_SQUARE,
+    LIMB_START,
+    ROW,
+)
 from hri_prediction.errors import DataError
 
 FloatArray = NDArray[np.float64]
@@ -68,18 +77,18 @@ class HumanForecast:
 def pack_forecasts(
     forecasts: Sequence[HumanForecast], times_s: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """All arms at the columns of a trajectory, in the layout of the kernel.
+    """All arms at the columns of a trajectory, in the layout of the kernels.
 
     Args:
         forecasts: Any number of forecasts.
         times_s: Times of the columns (P,) [s].
 
     Returns:
-        Capsules (3 arms, 9 * ROW), see the kernel, and their radii (3 arms,) [m].
+        Capsules (3 arms, LIMB_ROWS * ROW), see the layout, and their radii (3 arms,) [m].
     """
     sampled = [forecast.sample(times_s) for forecast in forecasts]
     arms = sum(len(points) for points, _ in sampled)
-    capsules = np.zeros((arms, 3, 9, ROW))
+    capsules = np.zeros((arms, 3, LIMB_ROWS, ROW))
     radii = np.zeros((arms, 3))
     arm = 0
     for forecast, (points, spread) in zip(forecasts, sampled, strict=True):
@@ -87,11 +96,13 @@ def pack_forecasts(
         here = capsules[arm : arm + count, :, :, : len(times_s)]
         start = points[:, :, :3].transpose(0, 2, 3, 1)
         axis = points[:, :, 1:].transpose(0, 2, 3, 1) - start
-        here[:, :, 0:3] = start
-        here[:, :, 3:6] = axis
-        here[:, :, 6] = 1.0 / np.maximum((axis**2).sum(axis=2), 1e-12)
-        here[:, :, 7] = spread[:, :, :3].transpose(0, 2, 1)
-        here[:, :, 8] = (spread[:, :, 1:] - spread[:, :, :3]).transpose(0, 2, 1)
+        square = (axis**2).sum(axis=2)
+        here[:, :, LIMB_START : LIMB_START + 3] = start
+        here[:, :, LIMB_AXIS : LIMB_AXIS + 3] = axis
+        here[:, :, LIMB_SQUARE] = square
+        here[:, :, LIMB_INVERSE] = 1.0 / np.maximum(square, 1e-12)
+        here[:, :, LIMB_SIGMA] = spread[:, :, :3].transpose(0, 2, 1)
+        here[:, :, LIMB_RISE] = (spread[:, :, 1:] - spread[:, :, :3]).transpose(0, 2, 1)
         radii[arm : arm + count] = forecast.radii
         arm += count
-    return capsules.reshape(3 * arms, 9 * ROW), radii.reshape(-1)
+    return capsules.reshape(3 * arms, LIMB_ROWS * ROW), radii.reshape(-1)

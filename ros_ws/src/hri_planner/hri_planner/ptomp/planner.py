@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hri_planner.ptomp.config import PtompConfig
 from hri_planner.ptomp.costs import CostModel, TableBox
 from hri_planner.ptomp.forecast import HumanForecast
-from hri_planner.ptomp.kernel import ROW, TERMS
+from hri_planner.ptomp.layout import MAX_COLUMNS, TERMS
 from hri_planner.ptomp.motion import Grid, Motion, from_plan
 from hri_planner.ptomp.plan import JointPlan, connect
 from hri_planner.ptomp.result import ReplanResult
@@ -281,7 +281,7 @@ class PtompPlanner:
     def _grid(self, start_s: float, remaining: float, horizon: float) -> Grid:
         plan = self._require_plan()
         nominal = self._duration_s / self.config.num_timesteps
-        nominal = max(nominal, horizon / (ROW - 8))
+        nominal = max(nominal, horizon / (MAX_COLUMNS - 8))
         steps = round(remaining / nominal)
         step = remaining / steps if steps > 0 else nominal
         knots = int(np.ceil(horizon / step)) + 1
@@ -344,7 +344,7 @@ class PtompPlanner:
     def _first_contact(self, motion: Motion, grid: Grid) -> float:
         """Plan-clock time of the first contact of a motion that is known to have one [s]."""
         columns = motion.columns(grid)
-        touching = self._costs.clearance_profile(columns)[2:] < 0.0
+        touching = self._costs.clearances(columns[None])[0, 2:] < 0.0
         return grid.start_s + int(np.argmax(touching)) * grid.step
 
     def _quintic_plan(

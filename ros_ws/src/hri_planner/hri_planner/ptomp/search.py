@@ -13,7 +13,7 @@ from hri_planner.ptomp.config import PtompConfig
 from hri_planner.ptomp.costs import CostModel
 from hri_planner.ptomp.detour import detour_motions, retreat_motions
 from hri_planner.ptomp.forecast import HumanForecast
-from hri_planner.ptomp.kernel import FIRST_FREE
+from hri_planner.ptomp.layout import FIRST_FREE
 from hri_planner.ptomp.motion import Grid, Motion
 from hri_planner.ptomp.optimizer import Optimizer
 from hri_planner.ptomp.plan import JointPlan

@@ -11,11 +11,12 @@ from __future__ import annotations
 
 import functools
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hri_planner.ptomp.kernel import ROW
+from hri_planner.ptomp.layout import FAST, ROW
 from hri_prediction.compiled import njit
 
 FloatArray = NDArray[np.float64]
@@ -39,21 +40,36 @@ def banded_cholesky(size: int) -> FloatArray:
     return band
 
 
-@njit
-def back_substitute(
-    scaled: FloatArray, normals: FloatArray, size: int, factor: float, out: FloatArray
-) -> None:
-    """Add ``factor`` times the solution x of L' x = z, z the first ``size`` normals, to ``out``.
+@njit(fastmath=FAST)
+def add_smooth_noise(band: Any, normals: Any, size: int, factor: Any, rows: Any) -> None:
+    """Add ``factor`` times the solutions x of L' x = z to three rows.
 
-    ``scaled`` is the band of :func:`smoothing_factors`: no division is left in the recursion.
+    Three recursions side by side: each alone would wait for its own last value.
+
+    Args:
+        band: That of :func:`smoothing_factors`: no division is left in the recursion.
+        normals: Three times z (3 * size,).
+        size: Length of each.
+        factor: Standard deviation at the middle, times the normalisation.
+        rows: (3, size), changed.
     """
-    next_one, next_two = 0.0, 0.0
+    x0, x1, x2 = rows[0], rows[1], rows[2]
+    z0, z1, z2 = normals[:size], normals[size:], normals[2 * size :]
+    scale, first, second = band[0], band[1], band[2]
+    zero = rows.dtype.type(0.0)
+    a0, a1, a2, b0, b1, b2 = zero, zero, zero, zero, zero, zero
     for k in range(size):
         i = size - 1 - k
-        x = normals[i] * scaled[0, i] - scaled[1, i] * next_one - scaled[2, i] * next_two
-        out[i] += factor * x
-        next_two = next_one
-        next_one = x
+        d, f, g = scale[i], first[i], second[i]
+        # The newest value enters last, so that only one operation waits for it.
+        y0 = (z0[i] * d - g * b0) - f * a0
+        y1 = (z1[i] * d - g * b1) - f * a1
+        y2 = (z2[i] * d - g * b2) - f * a2
+        x0[i] += factor * y0
+        x1[i] += factor * y1
+        x2[i] += factor * y2
+        b0, b1, b2 = a0, a1, a2
+        a0, a1, a2 = y0, y1, y2
 
 
 @njit
