@@ -47,16 +47,23 @@ ROSDEP_KEYS = {
     "yaml": "python3-yaml",
 }
 WITHOUT_KEY = {
+    "coal": "coal",
     "ezc3d": "ezc3d",
     "imageio_ffmpeg": "imageio-ffmpeg",
     "lz4": "lz4",
     "mcap": "mcap",
     "movement_primitives": "movement-primitives",
+    "pinocchio": "pin",
     "qtm_rt": "qtm-rt",
     "zstandard": "zstandard",
 }
 """Modules that rosdep does not know; package.xml names them in a comment."""
-EXTRAS = {"movement_primitives": "dev.txt", "qtm_rt": "qualisys.txt"}
+EXTRAS = {
+    "coal": "dev.txt",
+    "movement_primitives": "dev.txt",
+    "pinocchio": "dev.txt",
+    "qtm_rt": "qualisys.txt",
+}
 """Modules that little needs, and the file that locks them instead of runtime.txt."""
 LONG_FILES = {
     "hri_planner/nodes/ptomp_node.py": (650, "action, supervision and hand-over share one state"),

@@ -5,7 +5,15 @@ import pytest
 
 from hri_planner.ptomp import HumanForecast
 from hri_planner.ptomp.forecast import pack_forecasts
-from hri_planner.ptomp.layout import LIMB_ROWS
+from hri_planner.ptomp.layout import (
+    ARM_AXIS,
+    ARM_LENGTH,
+    ARM_RISE,
+    ARM_ROWS,
+    ARM_SIGMA,
+    ARM_START,
+    ROW,
+)
 from hri_prediction.errors import DataError
 
 RADII = np.array([0.05, 0.04, 0.05])
@@ -28,12 +36,15 @@ def test_linear_between_and_still_outside():
 
 
 def test_arms_are_stacked():
-    capsules, radii = pack_forecasts([_forecast(), _forecast(arms=2)], np.array([1.0, 1.1, 1.2]))
-    assert radii.shape == (9,)
-    capsules = capsules.reshape(3, 3, LIMB_ROWS, -1)
-    start, axis = capsules[0, 1, :3, 1], capsules[0, 1, 3:6, 1]
+    arms, radii = pack_forecasts([_forecast(), _forecast(arms=2)], np.array([1.0, 1.1, 1.2]))
+    assert radii.shape == (3, 3)
+    rows = arms.reshape(3, ARM_ROWS, ROW)[0, :, 1]
+    start, axis = rows[ARM_START + 3 : ARM_START + 6], rows[ARM_AXIS + 3 : ARM_AXIS + 6]
     np.testing.assert_allclose(start, _forecast().mean[1, 1])
-    np.testing.assert_allclose(start + axis, _forecast().mean[1, 2])
+    np.testing.assert_allclose(start + rows[ARM_LENGTH + 1] * axis, _forecast().mean[1, 2])
+    np.testing.assert_allclose(rows[ARM_SIGMA + 1], _forecast().sigma[1, 1])
+    risen = rows[ARM_SIGMA + 1] + rows[ARM_LENGTH + 1] * rows[ARM_RISE + 1]
+    np.testing.assert_allclose(risen, _forecast().sigma[1, 2])
     assert len(pack_forecasts([], np.array([1.0]))[0]) == 0
 
 

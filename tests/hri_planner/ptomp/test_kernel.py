@@ -3,11 +3,14 @@
 import time
 
 import numpy as np
-from reference_costs import costs as reference
+import pytest
 
+from hri_planner.benchmarks.plain_iteration import PlainCosts
 from hri_planner.ptomp import HumanForecast, PtompConfig, TableBox
 from hri_planner.ptomp.costs import CostModel
+from hri_planner.ptomp.layout import MAX_COLUMNS
 from hri_planner.robot import load_robot
+from hri_prediction.errors import ConfigError
 
 ROBOT = load_robot()
 CONFIG = PtompConfig()
@@ -17,8 +20,8 @@ GOAL = np.array([0.5, 0.2, 0.15])
 STEP = 0.03
 
 
-def _problem(rng, count, columns, arms):
-    model = CostModel(ROBOT, CONFIG, TABLE)
+def _problem(rng, count, columns, arms, config=CONFIG):
+    model = CostModel(ROBOT, config, TABLE)
     times = 2.0 + STEP * np.arange(columns)
     forecasts = [
         HumanForecast(
@@ -35,9 +38,9 @@ def _problem(rng, count, columns, arms):
     return model, np.ascontiguousarray(np.swapaxes(paths, 1, 2)), forecasts
 
 
-def _reference(trajectories, forecasts):
+def _plain(forecasts):
     arms = [(f.mean, f.sigma, f.radii) for f in forecasts]
-    return reference(trajectories, STEP, ROBOT, CONFIG, GOAL, 0.06, TABLE.top, arms)
+    return PlainCosts(ROBOT, CONFIG, GOAL, STEP, 0.06, TABLE.top, arms)
 
 
 def test_agrees_with_numpy():
@@ -45,13 +48,41 @@ def test_agrees_with_numpy():
     for arms in (0, 1, 2):
         model, trajectories, forecasts = _problem(rng, 20, 33, arms)
         totals, terms, nearest = model.evaluate(trajectories)
-        expected, clearance = _reference(trajectories, forecasts)
+        expected, clearance = _plain(forecasts).terms(trajectories)
         np.testing.assert_allclose(terms, expected, rtol=1e-9, atol=1e-9)
         np.testing.assert_allclose(totals, expected.sum(1), rtol=1e-9)
         if arms:
             np.testing.assert_allclose(nearest, clearance, atol=1e-9)
             profile = model.clearances(trajectories)
             np.testing.assert_array_equal(profile[:, 2:].min(axis=1), nearest)
+
+
+def test_single_precision_is_near():
+    rng = np.random.default_rng(2)
+    single = PtompConfig(precision="single")
+    model, trajectories, forecasts = _problem(rng, 20, 45, 1, single)
+    totals, terms, nearest = model.evaluate(trajectories)
+    assert terms.dtype == np.float32
+    expected, clearance = _plain(forecasts).terms(trajectories)
+    np.testing.assert_allclose(terms, expected, rtol=1e-3, atol=1e-3)
+    np.testing.assert_allclose(totals, expected.sum(1), rtol=1e-3)
+    np.testing.assert_allclose(nearest, clearance, atol=1e-5)
+
+
+@pytest.mark.parametrize("columns", [5, 15, 16, 17, MAX_COLUMNS])
+def test_any_length(columns):
+    """Neither the rest of a row nor what was there before counts."""
+    model, trajectories, forecasts = _problem(np.random.default_rng(columns), 3, columns, 1)
+    terms = model.evaluate(trajectories)[1].copy()
+    expected = _plain(forecasts).terms(trajectories)[0]
+    np.testing.assert_allclose(terms, expected, rtol=1e-9, atol=1e-9)
+    model.evaluate(np.full_like(trajectories, np.nan))
+    np.testing.assert_array_equal(model.evaluate(trajectories)[1], terms)
+
+
+def test_too_long_is_refused():
+    with pytest.raises(ConfigError, match=str(MAX_COLUMNS + 1)):
+        _problem(np.random.default_rng(0), 1, MAX_COLUMNS + 1, 0)
 
 
 def test_much_faster_than_numpy():
@@ -67,5 +98,6 @@ def test_much_faster_than_numpy():
 
     model.evaluate(trajectories)
     ours = best(lambda: model.evaluate(trajectories), 20)
-    numpy = best(lambda: _reference(trajectories, forecasts), 3)
-    assert numpy > 20 * ours, f"{1e6 * ours:.0f} us against {1e6 * numpy:.0f} us"
+    plain = _plain(forecasts)
+    numpy = best(lambda: plain.terms(trajectories), 3)
+    assert numpy > 10 * ours, f"{1e6 * ours:.0f} us against {1e6 * numpy:.0f} us"

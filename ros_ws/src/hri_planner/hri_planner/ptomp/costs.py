@@ -74,6 +74,7 @@ class CostModel:
             layout.P_TABLE_HEIGHT: height,
             layout.P_GOAL: config.goal_weight,
             layout.P_CONTROL: config.control_weight,
+            layout.P_PARALLEL: 50.0 * np.finfo(self.dtype).eps,
         }.items():
             self._parameters[position] = value
         self._terms = np.empty((0, layout.TERM_COUNT), self.dtype)

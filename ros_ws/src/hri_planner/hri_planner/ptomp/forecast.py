@@ -9,13 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hri_planner.ptomp.layout import (
-    LIMB_AXIS,
-    LIMB_INVERSE,
-    LIMB_RISE,
-    LIMB_ROWS,
-    LIMB_SIGMA,
-    LIMB_SQUARE,
-    LIMB_START,
+    ARM_AXIS,
+    ARM_LENGTH,
+    ARM_RISE,
+    ARM_ROWS,
+    ARM_SIGMA,
+    ARM_START,
     ROW,
 )
 from hri_prediction.errors import DataError
@@ -84,25 +83,29 @@ def pack_forecasts(
         times_s: Times of the columns (P,) [s].
 
     Returns:
-        Capsules (3 arms, LIMB_ROWS * ROW), see the layout, and their radii (3 arms,) [m].
+        Arms (arms, ARM_ROWS * ROW), see the layout, and the radii of their limbs (arms, 3) [m].
     """
     sampled = [forecast.sample(times_s) for forecast in forecasts]
     arms = sum(len(points) for points, _ in sampled)
-    capsules = np.zeros((arms, 3, LIMB_ROWS, ROW))
+    rows = np.zeros((arms, ARM_ROWS, ROW))
     radii = np.zeros((arms, 3))
     arm = 0
     for forecast, (points, spread) in zip(forecasts, sampled, strict=True):
-        count = len(points)
-        here = capsules[arm : arm + count, :, :, : len(times_s)]
-        start = points[:, :, :3].transpose(0, 2, 3, 1)
-        axis = points[:, :, 1:].transpose(0, 2, 3, 1) - start
-        square = (axis**2).sum(axis=2)
-        here[:, :, LIMB_START : LIMB_START + 3] = start
-        here[:, :, LIMB_AXIS : LIMB_AXIS + 3] = axis
-        here[:, :, LIMB_SQUARE] = square
-        here[:, :, LIMB_INVERSE] = 1.0 / np.maximum(square, 1e-12)
-        here[:, :, LIMB_SIGMA] = spread[:, :, :3].transpose(0, 2, 1)
-        here[:, :, LIMB_RISE] = (spread[:, :, 1:] - spread[:, :, :3]).transpose(0, 2, 1)
+        count, columns = points.shape[:2]
+        here = rows[arm : arm + count, :, :columns]
+        axis = points[:, :, 1:] - points[:, :, :3]
+        length = np.sqrt((axis**2).sum(axis=3))
+        inverse = 1.0 / np.maximum(length, 1e-6)
+        unit = axis * inverse[..., None]
+        rise = (spread[:, :, 1:] - spread[:, :, :3]) * inverse
+        for first, values in (
+            (ARM_START, points[:, :, :3].reshape(count, columns, 9)),
+            (ARM_AXIS, unit.reshape(count, columns, 9)),
+            (ARM_LENGTH, length),
+            (ARM_SIGMA, spread[:, :, :3]),
+            (ARM_RISE, rise),
+        ):
+            here[:, first : first + values.shape[2]] = values.transpose(0, 2, 1)
         radii[arm : arm + count] = forecast.radii
         arm += count
-    return capsules.reshape(3 * arms, LIMB_ROWS * ROW), radii.reshape(-1)
+    return rows.reshape(arms, ARM_ROWS * ROW), radii

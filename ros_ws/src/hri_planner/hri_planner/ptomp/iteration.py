@@ -21,7 +21,8 @@ JOINTS = 6
 MIN_WINDOW = 6
 """Fewest columns that are disturbed together."""
 
-_EASE = (0.4, 0.75, 0.95)
+EASE = (0.4, 0.75, 0.95)
+"""Share of the noise that remains at the first columns of a window's end."""
 
 
 @njit(fastmath=FAST)
@@ -78,10 +79,10 @@ def _ease(rollout: Any, incumbent: Any, first: int, direction: int) -> None:
     Noise starts like t^2, a jump in acceleration; damped so, it starts like t^3.
     """
     for joint in range(JOINTS):
-        for k in range(len(_EASE)):
+        for k in range(len(EASE)):
             i = first + direction * k
             change = rollout[joint, i] - incumbent[joint, i]
-            rollout[joint, i] = incumbent[joint, i] + rollout.dtype.type(_EASE[k]) * change
+            rollout[joint, i] = incumbent[joint, i] + rollout.dtype.type(EASE[k]) * change
 
 
 @njit

@@ -255,8 +255,8 @@ def many_costs(
         trajectories: (n, 7, ROW) [rad], see the layout.
         columns: Columns in use, at most MAX_COLUMNS.
         body: The robot's vector (BODY_SIZE,).
-        humans: Capsules over time (limbs, LIMB_ROWS * ROW).
-        human_radii: (limbs,) [m].
+        humans: Arms over time (arms, ARM_ROWS * ROW).
+        human_radii: Of their limbs (arms, 3) [m].
         par: Parameter vector (PARAMETER_COUNT,).
         work: Workspace (WORKSPACE_ROWS * ROW,).
         terms: Result (n, TERM_COUNT): the weighted cost terms.

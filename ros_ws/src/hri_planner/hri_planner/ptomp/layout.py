@@ -37,17 +37,17 @@ TERMS = (
 )
 TERM_COUNT = len(TERMS)
 
-# Rows of the workspace: elbow, wrist, tool; per column collision, contact and smallest
-# distance; ones where a column is not past (from 2 on) and where it is free.
-ELBOW, WRIST, TOOL = 0, 3, 6
-COLLISION, CONTACT, NEAREST = 9, 10, 11
-AHEAD, FREE = 12, 13
-WORKSPACE_ROWS = 14
+# Rows of the workspace: elbow, wrist, tool and unit vectors along the three parts; per column collision,
+# contact and smallest distance; ones where a column is not past (from 2 on) and where it is free.
+ELBOW, WRIST, TOOL, AXES = 0, 3, 6, 9
+COLLISION, CONTACT, NEAREST = 18, 19, 20
+AHEAD, FREE = 21, 22
+WORKSPACE_ROWS = 23
 
-# Rows of a person's limb: start, axis vector, its squared length and the inverse of that, standard
-# deviation at the start and its rise towards the end.
-LIMB_START, LIMB_AXIS, LIMB_SQUARE, LIMB_INVERSE, LIMB_SIGMA, LIMB_RISE = 0, 3, 6, 7, 8, 9
-LIMB_ROWS = 10
+# Rows of a person's arm: of its three limbs the starts, unit vectors along them (zero where a limb has no
+# length), lengths, standard deviations at the starts and what these rise by along each metre.
+ARM_START, ARM_AXIS, ARM_LENGTH, ARM_SIGMA, ARM_RISE = 0, 9, 18, 21, 24
+ARM_ROWS = 27
 
 # The robot's vector: lengths (4), then of its three parts mass and radius, then of its seven joints
 # lower limit, upper limit and largest speed.
@@ -60,7 +60,8 @@ P_EFFORT, P_JERK, P_LIMITS, P_LIMIT_SCALE, P_SPEED, P_SPEED_SHARE = 5, 6, 7, 8, 
 P_ACCELERATION, P_ACCELERATION_LIMIT, P_TABLE, P_TABLE_HEIGHT = 11, 12, 13, 14
 P_GOAL, P_CONTROL, P_STEP = 15, 16, 17
 P_GOAL_X = 18
-PARAMETER_COUNT = 21
+P_PARALLEL = 21
+PARAMETER_COUNT = 22
 
 FAR = 1e3
 """Clearance where there is nobody [m]."""

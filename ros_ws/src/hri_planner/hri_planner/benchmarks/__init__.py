@@ -1,0 +1,1 @@
+"""What the planner's kernel is measured beside, and checked against."""
