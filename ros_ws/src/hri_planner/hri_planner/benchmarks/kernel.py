@@ -41,7 +41,8 @@ NOTES = (
     "computes what the planner makes of them (collision, contact, smallest distance).",
     "NumPy: rotation matrices and points, as one writes it, all configurations in one call. Coordinate by "
     "coordinate: the same by hand in closed formulas, every coordinate an array of its own, no small axis; "
-    "this is how NumPy is fastest. Neither loops over configurations.",
+    "this is how NumPy is fastest. Neither loops over configurations. Memory that NumPy frees stays with the "
+    "process, or it would be slower by a factor that depends on what ran before.",
     "Pinocchio's geometry model holds all capsules; only the loop over configurations is Python.",
     "Iteration: noise, costs of 30 roll-outs, their average and its cost, acceptance. NumPy uses the "
     "distances that are fastest in it. Ours is called as by the planner, ten iterations at a time.",
@@ -73,6 +74,7 @@ def measure(seed: int, extent: cases.Extent, console: Console) -> dict[str, Any]
             progress.reset(line, total=rounds + 1, description=text)
             return lambda: progress.advance(line)
 
+        cases.keep_freed_memory()
         scene = cases.draw_scene(generators[0])
         tick = begin("distances", extent.rounds)
         clearance = cases.clearance_case(scene, extent, tick)

@@ -120,6 +120,15 @@ def draw_scene(rng: np.random.Generator) -> Scene:
     return Scene(robot, config, times, places[1], trajectory, trajectory + noise, arm, sigma)
 
 
+def keep_freed_memory() -> None:
+    """Let the C library keep what NumPy frees, instead of asking the system for each large array.
+
+    glibc keeps blocks up to the size of the largest that was freed so far; else the same expression
+    takes twice as long in one process as in another, depending on what ran before.
+    """
+    np.empty(1 << 21)
+
+
 def clearance_case(scene: Scene, extent: Extent, tick: Progress) -> Case:
     """Forward kinematics and nine distances of all columns of all roll-outs.
 
