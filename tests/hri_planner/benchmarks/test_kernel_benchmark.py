@@ -26,6 +26,9 @@ def test_short_run(tmp_path, capsys):
     ratio = results["config_ns"]["numpy"] / results["config_ns"]["ours_f64"]
     assert results["ratios"]["config"]["numpy"] == pytest.approx(ratio)
     assert results["configurations"] == 1350
+    for key in ("config_ns", "iteration_us"):
+        assert results["fastest"][key].keys() == results[key].keys()
+        assert all(results["fastest"][key][name] <= value for name, value in results[key].items())
     assert set(results["origin"]) == {"commit", "date", "machine"}
     doubles = [value for key, value in results["differences"].items() if "f32" not in key]
     assert 0.0 < max(doubles) <= 1e-9

@@ -1,7 +1,8 @@
 """Costs of many trajectories at once, compiled: the planner's inner loop.
 
-Written once for float64 and float32: the type is that of the arrays. A plain NumPy version of the same
-formulas stands in the tests. See :mod:`hri_planner.ptomp.layout` for the arrays.
+Written once for float64 and float32: the type is that of the arrays. The same formulas in NumPy, for
+comparison, are in :mod:`hri_planner.benchmarks.plain_iteration`; :mod:`hri_planner.ptomp.layout` says how
+the arrays lie.
 """
 
 from __future__ import annotations
