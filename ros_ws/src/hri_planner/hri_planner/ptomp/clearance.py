@@ -12,6 +12,10 @@ import numpy as np
 
 from hri_planner.ptomp.layout import (
     AHEAD,
+    ARM_AXIS,
+    ARM_LENGTH,
+    ARM_RISE,
+    ARM_SIGMA,
     AXES,
     COLLISION,
     ELBOW,
@@ -140,14 +144,14 @@ def _arm(padded: int, arm: Any, reach: Any, body: Any, par: Any, robot: Any, out
     for i in range(padded):
         p = (robot[i], robot[ROW + i], robot[2 * ROW + i])
         w = (robot[3 * ROW + i], robot[4 * ROW + i], robot[5 * ROW + i])
-        u1 = (robot[9 * ROW + i], robot[10 * ROW + i], robot[11 * ROW + i])
-        u2 = (robot[12 * ROW + i], robot[13 * ROW + i], robot[14 * ROW + i])
-        u3 = (robot[15 * ROW + i], robot[16 * ROW + i], robot[17 * ROW + i])
+        u1 = (robot[AXES * ROW + i], robot[(AXES + 1) * ROW + i], robot[(AXES + 2) * ROW + i])
+        u2 = (robot[(AXES + 3) * ROW + i], robot[(AXES + 4) * ROW + i], robot[(AXES + 5) * ROW + i])
+        u3 = (robot[(AXES + 6) * ROW + i], robot[(AXES + 7) * ROW + i], robot[(AXES + 8) * ROW + i])
         h = (arm[i], arm[ROW + i], arm[2 * ROW + i])
-        v = (arm[9 * ROW + i], arm[10 * ROW + i], arm[11 * ROW + i])
-        other = arm[18 * ROW + i]
-        wide = margin + kappa * arm[21 * ROW + i]
-        rise = kappa * arm[24 * ROW + i]
+        v = (arm[ARM_AXIS * ROW + i], arm[(ARM_AXIS + 1) * ROW + i], arm[(ARM_AXIS + 2) * ROW + i])
+        other = arm[ARM_LENGTH * ROW + i]
+        wide = margin + kappa * arm[ARM_SIGMA * ROW + i]
+        rise = kappa * arm[ARM_RISE * ROW + i]
         # Upper arm.
         r1 = (-h[0], -h[1], base - h[2])
         r2 = (p[0] - h[0], p[1] - h[1], p[2] - h[2])
@@ -165,10 +169,14 @@ def _arm(padded: int, arm: Any, reach: Any, body: Any, par: Any, robot: Any, out
         # Forearm.
         c1, c2, c3 = c1 - other * b1, c2 - other * b2, c3 - other * b3
         h = (arm[3 * ROW + i], arm[4 * ROW + i], arm[5 * ROW + i])
-        v = (arm[12 * ROW + i], arm[13 * ROW + i], arm[14 * ROW + i])
-        other = arm[19 * ROW + i]
-        wide = margin + kappa * arm[22 * ROW + i]
-        rise = kappa * arm[25 * ROW + i]
+        v = (
+            arm[(ARM_AXIS + 3) * ROW + i],
+            arm[(ARM_AXIS + 4) * ROW + i],
+            arm[(ARM_AXIS + 5) * ROW + i],
+        )
+        other = arm[(ARM_LENGTH + 1) * ROW + i]
+        wide = margin + kappa * arm[(ARM_SIGMA + 1) * ROW + i]
+        rise = kappa * arm[(ARM_RISE + 1) * ROW + i]
         r1 = (-h[0], -h[1], base - h[2])
         r2 = (p[0] - h[0], p[1] - h[1], p[2] - h[2])
         r3 = (w[0] - h[0], w[1] - h[1], w[2] - h[2])
@@ -185,10 +193,14 @@ def _arm(padded: int, arm: Any, reach: Any, body: Any, par: Any, robot: Any, out
         # Hand.
         c1, c2, c3 = c1 - other * b1, c2 - other * b2, c3 - other * b3
         h = (arm[6 * ROW + i], arm[7 * ROW + i], arm[8 * ROW + i])
-        v = (arm[15 * ROW + i], arm[16 * ROW + i], arm[17 * ROW + i])
-        other = arm[20 * ROW + i]
-        wide = margin + kappa * arm[23 * ROW + i]
-        rise = kappa * arm[26 * ROW + i]
+        v = (
+            arm[(ARM_AXIS + 6) * ROW + i],
+            arm[(ARM_AXIS + 7) * ROW + i],
+            arm[(ARM_AXIS + 8) * ROW + i],
+        )
+        other = arm[(ARM_LENGTH + 2) * ROW + i]
+        wide = margin + kappa * arm[(ARM_SIGMA + 2) * ROW + i]
+        rise = kappa * arm[(ARM_RISE + 2) * ROW + i]
         r1 = (-h[0], -h[1], base - h[2])
         r2 = (p[0] - h[0], p[1] - h[1], p[2] - h[2])
         r3 = (w[0] - h[0], w[1] - h[1], w[2] - h[2])
