@@ -84,14 +84,23 @@ class _Reach:
 
 
 @dataclass
-class _Drawing:
-    """State of the generator: one source of randomness and what does not change."""
+class Drawing:
+    """State of a generator: one source of randomness and what does not change.
+
+    Attributes:
+        rng: Source of all randomness.
+        robot: The robot.
+        side: Which arm persons use.
+        table: The table.
+        moving: See :func:`draw_scenario`.
+        counts: How much has been drawn.
+    """
 
     rng: np.random.Generator
     robot: RobotModel
     side: str
     table: TableSpec
-    moving: bool
+    moving: bool = False
     counts: DrawCounts = field(default_factory=DrawCounts)
 
     def between(self, low: float, high: float) -> float:
@@ -99,10 +108,12 @@ class _Drawing:
         return round(float(self.rng.uniform(low, high)), 3)
 
     def point(self, box: tuple[tuple[float, float], ...]) -> Vector3:
+        """A point of a box [m]."""
         x, y, z = (self.between(*bounds) for bounds in box)
         return x, y, z
 
     def robot_point(self, left: bool) -> Vector3:
+        """A start or goal of the robot's tool on one side [m]."""
         y = self.between(*ROBOT_ABS_Y)
         return self.between(*ROBOT_X), y if left else -y, self.between(*ROBOT_Z)
 
@@ -149,12 +160,12 @@ def draw_scenario(
     if side not in ("left", "right"):
         raise ConfigError(f"side = {side!r}", expected="left or right")
     rng = np.random.default_rng((seed, reaches, ambiguous, moving, side == "left"))
-    drawing = _Drawing(rng, load_robot(), side, TableSpec(), moving)
+    drawing = Drawing(rng, load_robot(), side, TableSpec(), moving)
     if counts is not None:
         drawing.counts = counts
     for _ in range(_SCENES):
         drawing.counts.scenes += 1
-        person = _draw_person(drawing)
+        person = draw_person(drawing)
         left = bool(rng.integers(2))
         q_start = drawing.start_posture(drawing.robot_point(left))
         if person is None or q_start is None:
@@ -181,7 +192,7 @@ def vary_scenario(scenario: Scenario, seed: int, tries: int = 500) -> Scenario:
         PlanningError: when no timing makes a fair test.
     """
     rng = np.random.default_rng((scenario.seed, seed))
-    drawing = _Drawing(rng, load_robot(), "right", scenario.table, moving=False)
+    drawing = Drawing(rng, load_robot(), "right", scenario.table)
     q = np.array(scenario.robot_start)
     specs = []
     for index, reach in enumerate(scenario.reaches):
@@ -206,7 +217,7 @@ def vary_scenario(scenario: Scenario, seed: int, tries: int = 500) -> Scenario:
     return scenario.model_copy(update={"name": name, "seed": seed, "reaches": tuple(specs)})
 
 
-def _draw_person(drawing: _Drawing) -> PersonSpec | None:
+def draw_person(drawing: Drawing) -> PersonSpec | None:
     """A person whose hand can rest at a place on the table, or none."""
     shoulder, home = drawing.point(SHOULDER), drawing.point(TARGET)
     try:
@@ -216,7 +227,7 @@ def _draw_person(drawing: _Drawing) -> PersonSpec | None:
 
 
 def _draw_sequence(
-    drawing: _Drawing, person: PersonSpec, q_start: FloatArray, left: bool, reaches: int
+    drawing: Drawing, person: PersonSpec, q_start: FloatArray, left: bool, reaches: int
 ) -> list[_Reach] | None:
     """Draw the reaches of one scene, going back where no next one is found; or none."""
     sequence: list[_Reach] = []
@@ -237,7 +248,7 @@ def _draw_sequence(
 
 
 def _draw_reach(
-    drawing: _Drawing,
+    drawing: Drawing,
     person: PersonSpec,
     q: FloatArray,
     place: Vector3,
@@ -280,8 +291,8 @@ def _draw_reach(
     return None
 
 
-def _draw_candidates(
-    drawing: _Drawing, person: PersonSpec, place: Vector3, target: Vector3
+def draw_candidates(
+    drawing: Drawing, person: PersonSpec, place: Vector3, target: Vector3
 ) -> list[Vector3]:
     """One or two other targets that the person might be reaching for from ``place``."""
     wanted = int(drawing.rng.integers(1, 3))
@@ -300,7 +311,7 @@ def _draw_candidates(
 
 
 def _scenario(
-    drawing: _Drawing,
+    drawing: Drawing,
     seed: int,
     person: PersonSpec,
     q_start: FloatArray,
@@ -316,7 +327,7 @@ def _scenario(
         targets[f"person_{number}"] = reach.person_target
         spec = reach.spec
         if ambiguous:
-            others = _draw_candidates(drawing, person, place, reach.person_target)
+            others = draw_candidates(drawing, person, place, reach.person_target)
             if not others:
                 return None
             names = [f"person_{number}_{letter}" for letter in "bc"[: len(others)]]

@@ -15,7 +15,7 @@ from hri_planner.robot import RobotModel, load_robot
 from hri_prediction.arm.geometry import ArmRadii, FloatArray
 from hri_prediction.compiled import njit
 from hri_sim.people.motion import minimum_jerk
-from hri_sim.people.person import nominal_motion_of
+from hri_sim.people.person import SimulatedPerson, nominal_motion_of
 from hri_sim.scenario.nominal import nominal_goal, speed_share
 from hri_sim.scenario.schema import PersonSpec, ReachSpec, Scenario, TableSpec, Vector3
 from hri_sim.simulator.distances import arm_clearance
@@ -24,6 +24,16 @@ STEP_S = 0.02
 """Time step of the examination [s]."""
 HOLD_S = 1.1
 """How long the goal posture must stay clear after arrival [s]."""
+
+RULES = {
+    "speed": "the robot's nominal motion keeps to 90 % of its speed limits",
+    "table": "it stays clear of the table",
+    "start": "its start is at least 10 cm clear of the person",
+    "collision": "it collides with the person's reach",
+    "goal": "its goal posture stays at least 3 cm clear for 1.1 s after arrival",
+    "person_table": "the person's arm stays clear of the table",
+}
+"""What a reach must be like to be a fair test, in the order in which it is looked at."""
 
 
 @dataclass(frozen=True)
@@ -50,20 +60,22 @@ class ReachReport:
     speed_share: float
 
     @property
-    def accepted(self) -> bool:
-        """Whether the reach is a fair test: nominally a collision, yet not a hopeless one."""
-        return (
-            self.robot_accepted
-            and self.clearance < 0.0
-            and self.start_clearance >= 0.10
-            and self.hold_clearance >= 0.03
-            and self.person_table_clearance > 0.0
-        )
+    def broken_rule(self) -> str | None:
+        """The first of `RULES` that the reach breaks; none when it is a fair test."""
+        kept = {
+            "speed": self.speed_share <= 0.9,
+            "table": self.table_clearance > 0.0,
+            "start": self.start_clearance >= 0.10,
+            "collision": self.clearance < 0.0,
+            "goal": self.hold_clearance >= 0.03,
+            "person_table": self.person_table_clearance > 0.0,
+        }
+        return next((rule for rule in RULES if not kept[rule]), None)
 
     @property
-    def robot_accepted(self) -> bool:
-        """Whether the robot's part alone is fair: not too fast, and clear of the table."""
-        return self.speed_share <= 0.9 and self.table_clearance > 0.0
+    def accepted(self) -> bool:
+        """Whether the reach is a fair test: nominally a collision, yet not a hopeless one."""
+        return self.broken_rule is None
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,11 +112,21 @@ def robot_part(
     arrived = max(1, round(duration / STEP_S))
     time = np.arange(arrived + round(HOLD_S / STEP_S) + 1) * (duration / arrived)
     q = np.asarray(q0 + minimum_jerk(time / duration)[:, None] * (goal - q0), dtype=float)
-    heights = robot.frames(q[: arrived + 1])[..., 2]
-    ends = np.minimum(heights[:, :-1], heights[:, 1:])
-    lowest = float((ends - robot.capsule_radii).min())
+    above = height_above_table(robot.frames(q[: arrived + 1]), robot.capsule_radii, table)
     speed = speed_share(robot, q0, goal, duration)
-    return RobotPart(goal, time.astype(float), q, arrived, lowest - table.top, speed)
+    return RobotPart(goal, time.astype(float), q, arrived, above, speed)
+
+
+def height_above_table(points: FloatArray, radii: FloatArray, table: TableSpec) -> float:
+    """Lowest point of an arm above the plane of the table top [m].
+
+    Args:
+        points: Its four points over time (N, 4, 3) [m]; capsules lie between them.
+        radii: Of the capsules (3,) [m].
+        table: The table.
+    """
+    ends = np.minimum(points[:, :-1, 2], points[:, 1:, 2])
+    return float((ends - radii).min()) - table.top
 
 
 def examine_reach(
@@ -129,17 +151,30 @@ def examine_reach(
     """
     target = person_from if person_to is None else person_to
     person = nominal_motion_of(spec, person_from, target, reach.person_delay, reach.person_duration)
+    return examine_motions(robot, part, person, table)
+
+
+def examine_motions(
+    robot: RobotModel, part: RobotPart, person: SimulatedPerson, table: TableSpec
+) -> ReachReport:
+    """Measure the robot's nominal motion beside what a person truly does.
+
+    Args:
+        robot: The robot.
+        part: Its nominal motion.
+        person: The person, at home until the reach, which is planned; time 0 is the robot's start.
+        table: The table.
+    """
     arm = person.truth(part.time)
     radii = ArmRadii().array
     distance = clearance_series(part.q, robot.lengths, robot.capsule_radii, arm, radii)
-    ends = np.minimum(arm[:, :-1, 2], arm[:, 1:, 2])
     return ReachReport(
         clearance=float(distance[: part.arrived + 1].min()),
         start_clearance=float(distance[0]),
-        staying_clearance=staying_clearance(robot, part, spec, person_from),
+        staying_clearance=staying_clearance(robot, part, person.spec, person.spec.home),
         hold_clearance=float(distance[part.arrived :].min()),
         table_clearance=part.table_clearance,
-        person_table_clearance=float((ends - radii).min()) - table.top,
+        person_table_clearance=height_above_table(arm, radii, table),
         speed_share=part.speed_share,
     )
 

@@ -1,0 +1,1 @@
+"""The benchmark of planners: conditions, episodes in virtual time, runs on many cores."""
