@@ -3,6 +3,7 @@
 Measured time differs from run to run; a frozen cost model makes lock-step runs and benchmarks
 reproducible to the bit. One iteration costs F * (15 us + 0.30 us * NT * (L + 3)), where L is the
 number of free time steps and F says how many times slower than the reference machine this one is.
+What a replan does besides iterating (predicting, gathering other motions) can be charged too.
 """
 
 from __future__ import annotations
@@ -23,16 +24,26 @@ class VirtualTimeBudget:
         self._slowdown = slowdown
         self._left_s = 0.0
 
-    def iterations(self, interval_s: float, rollouts: int, free_steps: int) -> int:
-        """Number of iterations that fit now.
+    def grant(
+        self, interval_s: float, rollouts: int, free_steps: int, fixed_s: float = 0.0
+    ) -> int | None:
+        """Number of iterations of a replan now; none while what is saved up pays for no replan.
 
         Args:
             interval_s: Time that has become available [s].
             rollouts: Trajectories an iteration, NT.
             free_steps: Time steps still to be optimised, L.
+            fixed_s: What a replan costs without any iteration, on the reference machine [s].
         """
-        cost = self._slowdown * (BASE_S + PER_POINT_S * rollouts * (free_steps + EXTRA_POINTS))
+        cost_s = self._slowdown * (BASE_S + PER_POINT_S * rollouts * (free_steps + EXTRA_POINTS))
         self._left_s += interval_s
-        count = int(self._left_s / cost)
-        self._left_s -= count * cost
+        after_s = self._left_s - self._slowdown * fixed_s
+        if after_s < 0.0:
+            return None
+        count = int(after_s / cost_s)
+        self._left_s = after_s - count * cost_s
         return count
+
+    def iterations(self, interval_s: float, rollouts: int, free_steps: int) -> int:
+        """Number of iterations that fit now when nothing else is charged; see :meth:`grant`."""
+        return self.grant(interval_s, rollouts, free_steps) or 0

@@ -73,6 +73,23 @@ class HumanForecast:
         return points, spread
 
 
+def forecast_of(
+    time0_s: float, times_s: FloatArray, mean: FloatArray, covariance: FloatArray, radii: FloatArray
+) -> HumanForecast:
+    """Forecast of a predicted distribution of one arm.
+
+    Args:
+        time0_s: Plan clock at the first predicted point [s].
+        times_s: Evenly spaced offsets of the points (K,), K >= 2 [s].
+        mean: Keypoints (K, 4, 3) [m], base frame.
+        covariance: Of each (K, 4, 3, 3) [m^2].
+        radii: Of upper arm, forearm and hand (3,) [m].
+    """
+    largest = np.linalg.eigvalsh(covariance)[..., -1]
+    step_s = float((times_s[-1] - times_s[0]) / (len(times_s) - 1))
+    return HumanForecast(time0_s, step_s, mean, np.sqrt(largest.clip(min=0.0)), radii)
+
+
 def pack_forecasts(
     forecasts: Sequence[HumanForecast], times_s: FloatArray
 ) -> tuple[FloatArray, FloatArray]:

@@ -12,7 +12,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from hri_planner.ptomp.forecast import HumanForecast
+from hri_planner.ptomp.forecast import HumanForecast, forecast_of
 from hri_planner.ptomp.plan import JointPlan
 from hri_prediction.errors import DataError
 from hri_prediction.ros.conversions import WORLD, flat
@@ -51,13 +51,12 @@ def forecast_from_message(
     covariance = np.asarray(message.covariance, dtype=float).reshape(count, 4, 3, 3)
     if not np.isfinite(covariance).all():
         raise DataError(f"prediction of {message.body_id!r} has covariances that are not finite")
-    largest = np.linalg.eigvalsh(covariance)[..., -1]
-    return HumanForecast(
-        time0_s=(to_ns(message.header.stamp) - origin_ns) / NANO,
-        dt_s=float((times[-1] - times[0]) / (count - 1)),
-        mean=np.asarray(message.mean, dtype=float).reshape(count, 4, 3),
-        sigma=np.sqrt(largest.clip(min=0.0)),
-        radii=radii,
+    return forecast_of(
+        (to_ns(message.header.stamp) - origin_ns) / NANO,
+        times,
+        np.asarray(message.mean, dtype=float).reshape(count, 4, 3),
+        covariance,
+        radii,
     )
 
 
