@@ -48,6 +48,7 @@ ROSDEP_KEYS = {
 }
 WITHOUT_KEY = {
     "coal": "coal",
+    "distributed": "distributed",
     "ezc3d": "ezc3d",
     "imageio_ffmpeg": "imageio-ffmpeg",
     "lz4": "lz4",
@@ -61,6 +62,7 @@ WITHOUT_KEY = {
 EXTRAS = {
     "coal": "dev.txt",
     "movement_primitives": "dev.txt",
+    "distributed": "cluster.txt",
     "pinocchio": "dev.txt",
     "qtm_rt": "qualisys.txt",
 }

@@ -191,5 +191,5 @@ def test_measures_of_a_known_motion(condition):
 def test_time_to_collision():
     shrinking = np.linspace(1.0, 0.5, 51)  # 0.01 a step of 4 ms: 2.5 m/s
     assert time_to_collision(shrinking, 0.004) == pytest.approx(0.5 / 2.5)
-    assert time_to_collision(shrinking[::-1], 0.004) == math.inf
+    assert time_to_collision(shrinking[::-1], 0.004) is None
     assert time_to_collision(shrinking - 0.5, 0.004) == 0.0

@@ -58,7 +58,7 @@ class Outcome:
         table_clearance: Lowest point of the robot above the table [m].
         accel_cost: Integral of the squared joint accelerations over the motion [rad^2/s^3].
         time_to_collision: Smallest clearance divided by the speed at which it shrinks [s]; zero after
-            a collision.
+            a collision, none if it never shrinks.
         replans: How many were made.
         failures: How many of them gave no plan.
         iterations: Optimisation steps of all.
@@ -72,7 +72,7 @@ class Outcome:
     speed_share: float
     table_clearance: float
     accel_cost: float
-    time_to_collision: float
+    time_to_collision: float | None
     replans: int
     failures: int
     iterations: int
@@ -145,13 +145,13 @@ def measure(
     )
 
 
-def time_to_collision(distance: FloatArray, step_s: float) -> float:
+def time_to_collision(distance: FloatArray, step_s: float) -> float | None:
     """Smallest time after which contact would come if the distance (N,) [m] went on shrinking [s].
 
-    Infinite if it never shrinks.
+    None if it never shrinks.
     """
     if distance.min() <= 0.0:
         return 0.0
     closing = -np.diff(distance) / step_s
     near = closing > 1e-9
-    return float((distance[1:][near] / closing[near]).min()) if near.any() else float("inf")
+    return float((distance[1:][near] / closing[near]).min()) if near.any() else None

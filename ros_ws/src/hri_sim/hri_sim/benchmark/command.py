@@ -1,0 +1,163 @@
+"""Command line of ``scripts/benchmark_planners.py``."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from hri_prediction.errors import ConfigError
+from hri_prediction.results.origin import origin_line, results_origin
+from hri_sim.benchmark.conditions import SPLITS, check_split
+from hri_sim.benchmark.episode import SLOWDOWNS
+from hri_sim.benchmark.planners import ORACLE, PLANNERS, find_planners
+from hri_sim.benchmark.report import (
+    SHARE_HEADS,
+    plot_clearance,
+    plot_success,
+    report,
+    share_text,
+)
+from hri_sim.benchmark.run import SMOKE_CONDITIONS, SMOKE_TASKS, Plan, run_benchmark
+from hri_sim.benchmark.summary import by_task, summarise
+
+SEEDS = 5
+
+app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+
+
+def run_plan(
+    plan: Plan, out: Path, workers: int, scheduler: str | None, console: Console
+) -> dict[str, Any]:
+    """Measure, and write ``results.json``, ``results.md``, ``run.json`` and the plots into ``out``.
+
+    Raises:
+        ConfigError: when the folder or the scheduler cannot be used.
+        KeyboardInterrupt: after Ctrl-C; the rows that are done are kept.
+    """
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ConfigError(
+            f"cannot make --out {out}: {error.strerror}", hint="choose another with --out"
+        ) from error
+    origin = results_origin()
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
+    with Progress(*columns, TimeElapsedColumn(), console=console) as progress:
+        line = progress.add_task("tasks", total=None)
+        done = run_benchmark(
+            plan,
+            out / "rows.jsonl",
+            workers=workers,
+            scheduler=scheduler,
+            progress=lambda count, of: progress.update(line, completed=count, total=of),
+        )
+    results = summarise(plan, done)
+    (out / "results.json").write_text(json.dumps(results, indent=1, allow_nan=False) + "\n")
+    names = [setup.name for setup in plan.planners]
+    outcomes = {
+        name: [outcome for found in by_task(done, name).values() for outcome in found]
+        for name in names
+    }
+    spent = {
+        name: 1e3
+        * sum(result.wall_s for unit, result in done.items() if unit.planner == name)
+        / sum(len(result.outcomes) for unit, result in done.items() if unit.planner == name)
+        for name in (*names, ORACLE)
+    }
+    run = {"origin": origin, "wall_ms_per_condition": {n: round(ms, 1) for n, ms in spent.items()}}
+    (out / "run.json").write_text(json.dumps(run, indent=1) + "\n")
+    times = ", ".join(f"`{name}` {ms:.0f} ms" for name, ms in spent.items())
+    (out / "results.md").write_text(
+        f"{report(results)}\nMade by `scripts/benchmark_planners.py`; one condition took {times} on one "
+        f"core. {origin_line(origin)}\n"
+    )
+    plot_success(results["planners"], out / "success.png")
+    plot_clearance(outcomes, out / "clearance.png")
+    return results
+
+
+def show(results: dict[str, Any], console: Console) -> None:
+    """The headline figures as a table."""
+    table = Table(
+        title=f"{results['conditions']} {results['split']} conditions, {len(results['seeds'])} seed(s), "
+        f"F = {results['budget']:g}"
+    )
+    for column in ("planner", *SHARE_HEADS.values(), "time to goal"):
+        table.add_column(column, justify="left" if column == "planner" else "right")
+    for name, found in results["planners"].items():
+        time = found["time_to_goal_s"]
+        shares = (share_text(found[key], found["ci95"][key]) for key in SHARE_HEADS)
+        table.add_row(name, *shares, "–" if time is None else f"{time:.2f} s")
+    console.print(table)
+    feasible = share_text(results["oracle_feasible"], None)
+    console.print(f"feasible with perfect prediction and a large budget: {feasible}")
+
+
+@app.command()
+def benchmark_planners(
+    out: Annotated[Path, typer.Option(help="Folder for results.json, results.md, plots, rows.")],
+    planners: Annotated[
+        str, typer.Option(help=f"Some of {', '.join(PLANNERS)}, as in ptomp,nominal.")
+    ] = ",".join(PLANNERS),
+    budget: Annotated[
+        int,
+        typer.Option(
+            help="F: how many times slower than the reference the machine is in virtual time, one of "
+            + ", ".join(map(str, SLOWDOWNS))
+            + "."
+        ),
+    ] = SLOWDOWNS[0],
+    seeds: Annotated[int, typer.Option(help="Number of seeds.", min=1)] = SEEDS,
+    first_seed: Annotated[int, typer.Option(help="The first of them.", min=0)] = 0,
+    split: Annotated[
+        str, typer.Option(help=f"Tasks to run: {' or '.join(SPLITS)}. Never tune on test.")
+    ] = "test",
+    workers: Annotated[
+        int | None, typer.Option(help="Processes (default: one a core).", min=1, show_default=False)
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(help="Address of a Dask scheduler that has the work done instead."),
+    ] = None,
+    smoke: Annotated[
+        bool, typer.Option("--smoke", help="Two conditions of two tasks, one seed (seconds).")
+    ] = False,
+) -> None:
+    """Let planners reach past a person in 450 conditions and count how often that goes well.
+
+    In virtual time: the same seeds give the same results.json, whoever does the work. A benchmark that
+    was broken off goes on where it stopped.
+    """
+    console = Console()
+    check_split(split)
+    if budget not in SLOWDOWNS:
+        raise ConfigError(f"--budget {budget}", expected="one of " + ", ".join(map(str, SLOWDOWNS)))
+    names = tuple(name.strip() for name in planners.split(",") if name.strip())
+    plan = Plan(
+        find_planners(names), split, float(budget), tuple(range(first_seed, first_seed + seeds))
+    )
+    if smoke:
+        plan = Plan(
+            plan.planners, split, plan.slowdown, (first_seed,), SMOKE_TASKS, SMOKE_CONDITIONS
+        )
+    cores = len(os.sched_getaffinity(0))
+    try:
+        results = run_plan(plan, out, workers or cores, scheduler, console)
+    except KeyboardInterrupt:
+        console.print(f"stopped; the same command goes on from what is in {out}", highlight=False)
+        raise typer.Exit(130) from None
+    show(results, console)
+    console.print(f"results: {out / 'results.json'}", highlight=False, soft_wrap=True)
+
+
+def main() -> int:
+    """Entry point."""
+    app(prog_name="benchmark_planners.py")
+    return 0

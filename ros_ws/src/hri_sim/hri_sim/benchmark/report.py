@@ -1,0 +1,158 @@
+"""Tables and plots of a benchmark."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hri_sim.benchmark import episode
+from hri_sim.benchmark.conditions import CONDITION_RULES, TASK_RULES
+from hri_sim.benchmark.outcome import Outcome
+
+SHARE_HEADS = {
+    "ok": "ok",
+    "strict": "strict",
+    "clearance_2cm": "≥ 2 cm",
+    "clearance_5cm": "≥ 5 cm",
+}
+_MEAN_HEADS = {
+    "time_to_goal_s": ("time to goal [s]", ".2f"),
+    "accel_cost": ("∫‖q̈‖² [rad²/s³]", ".0f"),
+    "clearance_m": ("clearance [m]", ".3f"),
+    "time_to_collision_s": ("time to collision [s]", ".2f"),
+}
+_MEANINGS = (
+    "ok: no contact on the way, the tool within 1 cm of the goal and at rest within "
+    f"{episode.LIMIT_S:g} s. strict: ok, held for 0.6 s, speeds up to 105 % of the limits, table clear. "
+    "≥ 2 cm, ≥ 5 cm: ok with that clearance. Means of time and ∫‖q̈‖² are over motions that arrive; "
+    "clearance and time to collision are the smallest of each motion. In brackets: 95 % intervals "
+    "by a bootstrap of tasks."
+)
+
+
+def share_text(value: float | None, interval: Sequence[float] | None) -> str:
+    """``98.2 % (97.1–99.0)``."""
+    if value is None:
+        return "–"
+    text = f"{100.0 * value:.1f} %"
+    if interval is None:
+        return text
+    return f"{text} ({100.0 * interval[0]:.1f}–{100.0 * interval[1]:.1f})"
+
+
+def _row(cells: Sequence[str]) -> str:
+    return "| " + " | ".join(cells) + " |"
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    return "\n".join([_row(head), _row(["---"] * len(head)), *map(_row, rows)]) + "\n"
+
+
+def share_table(planners: Mapping[str, Mapping[str, Any]]) -> str:
+    """Successes of all planners."""
+    rows = [
+        [f"`{name}`", *(share_text(found[key], found["ci95"][key]) for key in SHARE_HEADS)]
+        for name, found in planners.items()
+    ]
+    return _table(["planner", *SHARE_HEADS.values()], rows)
+
+
+def mean_table(planners: Mapping[str, Mapping[str, Any]]) -> str:
+    """How they got there."""
+    rows = []
+    for name, found in planners.items():
+        cells = [f"`{name}`"]
+        for key, (_, form) in _MEAN_HEADS.items():
+            value, span = found[key], found["ci95"][key]
+            if value is None or span is None:
+                cells.append("–")
+            else:
+                cells.append(f"{value:{form}} ({span[0]:{form}}–{span[1]:{form}})")
+        rows.append(cells)
+    return _table(["planner", *(head for head, _ in _MEAN_HEADS.values())], rows)
+
+
+def rejection_table(generator: Mapping[str, Any]) -> str:
+    """What each rule of the generator turned down."""
+    rows = []
+    for kind, rules in (("tasks", TASK_RULES), ("conditions", CONDITION_RULES)):
+        rejected = generator[f"{kind}_rejected"]
+        left = generator[f"{kind}_drawn"]
+        rows.append([f"{kind} drawn", str(left)])
+        for rule, text in rules.items():
+            left -= rejected[rule]
+            rows.append([f"turned down, unless {text}", str(rejected[rule])])
+        rows.append([f"{kind} kept", str(left)])
+    return _table(["of the generator", "number"], rows)
+
+
+def report(results: Mapping[str, Any]) -> str:
+    """The text beside the plots."""
+    planners = results["planners"]
+    unclear = {n: found["ambiguous"] for n, found in planners.items() if found["ambiguous"]}
+    parts = [
+        f"# Planners: {results['split']} tasks, F = {results['budget']:g}\n",
+        f"{results['conditions']} conditions of {results['tasks']} tasks, {len(results['seeds'])} "
+        f"seeds ({results['seeds'][0]} to {results['seeds'][-1]}), in virtual time. PTOMP that knows "
+        "the person's motion and has a large budget is ok in "
+        f"{share_text(results['oracle_feasible'], None)} of them.\n",
+        share_table(planners),
+        mean_table(planners),
+        _MEANINGS + "\n",
+    ]
+    if unclear:
+        parts += [
+            f"The {results['ambiguous_tasks']} tasks of ambiguous intent alone:\n",
+            share_table(unclear),
+        ]
+    parts += [
+        "What they are:\n",
+        "\n".join(f"- `{name}`: {found['text']}." for name, found in planners.items()) + "\n",
+        "The conditions. In "
+        f"{share_text(results['person_must_move'], None)} of them the nominal motion collides only "
+        "because the person moves; in the others the arm is in the way from the start.\n",
+        rejection_table(results["generator"]),
+    ]
+    return "\n".join(parts)
+
+
+def _axes() -> tuple[Any, Any]:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(6.4, 4.2), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure, figure.add_subplot()
+
+
+def plot_success(planners: Mapping[str, Mapping[str, Any]], path: Path) -> None:
+    """Shares of success with their intervals, as bars."""
+    figure, axes = _axes()
+    width = 0.8 / len(planners)
+    for number, (name, found) in enumerate(planners.items()):
+        places = np.arange(len(SHARE_HEADS)) + (number + 0.5) * width - 0.4
+        values = np.array([100.0 * found[key] for key in SHARE_HEADS])
+        spans = 100.0 * np.array([found["ci95"][key] for key in SHARE_HEADS]).T
+        bars = np.abs(spans - values)
+        axes.bar(places, values, 0.9 * width, yerr=bars, capsize=3.0, label=name)
+    axes.set_xticks(np.arange(len(SHARE_HEADS)), list(SHARE_HEADS.values()))
+    axes.set_ylabel("share of conditions [%]")
+    axes.set_ylim(0.0, 105.0)
+    axes.legend()
+    figure.savefig(path, dpi=120)
+
+
+def plot_clearance(outcomes: Mapping[str, Sequence[Outcome]], path: Path) -> None:
+    """Distribution of the smallest clearance of each motion."""
+    figure, axes = _axes()
+    for name, found in outcomes.items():
+        values = np.sort([100.0 * outcome.clearance for outcome in found])
+        axes.step(values, 100.0 * np.arange(1, len(values) + 1) / len(values), label=name)
+    axes.axvline(0.0, color="0.5", linewidth=1.0)
+    axes.set_xlabel("smallest clearance of a motion [cm]")
+    axes.set_ylabel("share of conditions with less [%]")
+    axes.legend()
+    figure.savefig(path, dpi=120)

@@ -1,0 +1,134 @@
+"""A benchmark: planners, seeds and tasks as units of work, done by many, kept in a file."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import functools
+import hashlib
+import importlib.metadata
+import json
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from hri_prediction.compiled import source_hash
+from hri_sim.benchmark.conditions import CONDITIONS_A_TASK, TASKS, task_conditions
+from hri_sim.benchmark.episode import run_episode
+from hri_sim.benchmark.learning import task_library
+from hri_sim.benchmark.planners import ORACLE, ORACLE_SETUP, PlannerSetup
+from hri_sim.benchmark.rows import Done, RowFile, Unit
+from hri_sim.benchmark.workers import do_all
+
+ORACLE_SLOWDOWN = 0.1
+"""The oracle's F: ten times the iterations of the reference machine, more than it ever uses."""
+SMOKE_TASKS = (0, 4)
+SMOKE_CONDITIONS = 2
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is measured.
+
+    Attributes:
+        planners: Which.
+        split: ``tuning`` or ``test``.
+        slowdown: F.
+        seeds: Of noise.
+        tasks: Numbers.
+        conditions: How many of each task, from the first.
+    """
+
+    planners: tuple[PlannerSetup, ...]
+    split: str
+    slowdown: float
+    seeds: tuple[int, ...]
+    tasks: tuple[int, ...] = tuple(range(TASKS))
+    conditions: int = CONDITIONS_A_TASK
+
+    @property
+    def setups(self) -> dict[str, PlannerSetup]:
+        """The planners and the oracle, by name."""
+        return {setup.name: setup for setup in (*self.planners, ORACLE_SETUP)}
+
+    @property
+    def units(self) -> list[Unit]:
+        """All the work; the oracle needs one seed only."""
+        named = [setup.name for setup in self.planners]
+        units = [Unit(name, seed, t) for seed in self.seeds for name in named for t in self.tasks]
+        return units + [Unit(ORACLE, self.seeds[0], task) for task in self.tasks]
+
+    def slowdown_of(self, planner: str) -> float:
+        """F of a planner."""
+        return ORACLE_SLOWDOWN if planner == ORACLE else self.slowdown
+
+
+def marks(plan: Plan) -> dict[str, str]:
+    """Hash of all that a planner's outcomes depend on but seed and task, by planner."""
+    found = {}
+    for name, setup in plan.setups.items():
+        parts = (
+            plan.split,
+            plan.conditions,
+            plan.slowdown_of(name),
+            json.dumps([dataclasses.asdict(setup), dataclasses.asdict(setup.config)]),
+            source_hash(),
+            [importlib.metadata.version(package) for package in ("numpy", "scipy", "numba")],
+        )
+        found[name] = hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
+    return found
+
+
+def do_unit(plan: Plan, unit: Unit) -> Done:
+    """All conditions of one task, with one planner and seed."""
+    conditions = task_conditions(plan.split, unit.task).conditions[: plan.conditions]
+    library = task_library(plan.split, unit.task)
+    setup, slowdown = plan.setups[unit.planner], plan.slowdown_of(unit.planner)
+    begin = time.perf_counter()
+    outcomes = tuple(
+        run_episode(condition, setup, library, slowdown=slowdown, seed=unit.seed)
+        for condition in conditions
+    )
+    return Done(unit, outcomes, time.perf_counter() - begin)
+
+
+def run_benchmark(
+    plan: Plan,
+    path: Path,
+    *,
+    workers: int = 1,
+    scheduler: str | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> dict[Unit, Done]:
+    """Do what is not yet done.
+
+    Outcomes do not depend on who does the work, in what order, or on how often it was broken off.
+
+    Args:
+        plan: What is measured.
+        path: File of rows.
+        workers: Processes on this machine.
+        scheduler: Address of a Dask scheduler instead.
+        progress: Called with the numbers of units done and of all.
+
+    Raises:
+        ConfigError: when the scheduler cannot be used.
+    """
+    file = RowFile(path, marks(plan))
+    units = plan.units
+    before = file.read()
+    done = {unit: before[unit] for unit in units if unit in before}
+    waiting = [unit for unit in units if unit not in done]
+    if progress is not None:
+        progress(len(done), len(units))
+    if not waiting:
+        return done
+    work = functools.partial(do_unit, plan)
+    with contextlib.closing(do_all(work, waiting, workers=workers, scheduler=scheduler)) as results:
+        for result in results:
+            file.add(result)
+            done[result.unit] = result
+            if progress is not None:
+                progress(len(done), len(units))
+    return {unit: done[unit] for unit in units}

@@ -1,0 +1,129 @@
+"""Figures of a benchmark, with intervals that respect that conditions of a task are alike."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from hri_prediction.arm.geometry import FloatArray
+from hri_sim.benchmark.conditions import CONDITION_RULES, TASK_RULES, task_conditions
+from hri_sim.benchmark.outcome import CLEARANCES_M, Outcome
+from hri_sim.benchmark.planners import ORACLE
+from hri_sim.benchmark.rows import Done, Unit
+from hri_sim.benchmark.run import Plan
+
+RESAMPLES = 2000
+_BOOTSTRAP_SEED = 0
+
+Figure = Callable[[Outcome], float | None]
+
+SHARES: dict[str, Figure] = {
+    "ok": lambda outcome: float(outcome.ok),
+    "strict": lambda outcome: float(outcome.strict),
+    "clearance_2cm": lambda outcome: float(outcome.clear(CLEARANCES_M[0])),
+    "clearance_5cm": lambda outcome: float(outcome.clear(CLEARANCES_M[1])),
+}
+"""Shares of all conditions."""
+MEANS: dict[str, Figure] = {
+    "accel_cost": lambda outcome: None if outcome.time_to_goal is None else outcome.accel_cost,
+    "time_to_goal_s": lambda outcome: outcome.time_to_goal,
+    "clearance_m": lambda outcome: outcome.clearance,
+    "time_to_collision_s": lambda outcome: outcome.time_to_collision,
+}
+"""Means over the conditions that have such a figure: accelerations and time of motions that arrive."""
+
+
+def task_means(outcomes: Mapping[int, Sequence[Outcome]], figure: Figure) -> FloatArray:
+    """Sum and number of a figure's values in each task (tasks, 2)."""
+    rows = []
+    for found in outcomes.values():
+        values = [value for outcome in found if (value := figure(outcome)) is not None]
+        rows.append((float(np.sum(values)), float(len(values))))
+    return np.array(rows)
+
+
+def mean_of(sums: FloatArray) -> float | None:
+    """The mean from sums and numbers (tasks, 2); none when there are no values."""
+    total, count = sums.sum(axis=0)
+    return float(total / count) if count else None
+
+
+def interval(sums: FloatArray) -> list[float] | None:
+    """95 % interval of the mean by a bootstrap of whole tasks.
+
+    Tasks are drawn with replacement (2000 times), each with all its conditions and seeds: these
+    have person and places in common and are no independent trials.
+
+    Args:
+        sums: Sum and number of values in each task (tasks, 2).
+    """
+    rng = np.random.default_rng(_BOOTSTRAP_SEED)
+    drawn = sums[rng.integers(len(sums), size=(RESAMPLES, len(sums)))].sum(axis=1)
+    drawn = drawn[drawn[:, 1] > 0.0]
+    if not len(drawn):
+        return None
+    low, high = np.percentile(drawn[:, 0] / drawn[:, 1], [2.5, 97.5])
+    return [float(low), float(high)]
+
+
+def figures(outcomes: Mapping[int, Sequence[Outcome]]) -> dict[str, Any]:
+    """All figures of one planner from its outcomes by task, with intervals."""
+    sums = {name: task_means(outcomes, figure) for name, figure in {**SHARES, **MEANS}.items()}
+    return {
+        **{name: mean_of(values) for name, values in sums.items()},
+        "ci95": {name: interval(values) for name, values in sums.items()},
+    }
+
+
+def by_task(done: Mapping[Unit, Done], planner: str) -> dict[int, list[Outcome]]:
+    """Outcomes of one planner by task, in the order of the units."""
+    found: dict[int, list[Outcome]] = {}
+    for unit, result in done.items():
+        if unit.planner == planner:
+            found.setdefault(unit.task, []).extend(result.outcomes)
+    return found
+
+
+def summarise(plan: Plan, done: Mapping[Unit, Done]) -> dict[str, Any]:
+    """The content of ``results.json``: equal for equal plans, whoever did the work, and when."""
+    drawn = [task_conditions(plan.split, number) for number in plan.tasks]
+    ambiguous = {found.task.number for found in drawn if found.task.ambiguous}
+    planners = {}
+    for setup in plan.planners:
+        outcomes = by_task(done, setup.name)
+        some = {task: found for task, found in outcomes.items() if task in ambiguous}
+        planners[setup.name] = {
+            **figures(outcomes),
+            "ambiguous": figures(some) if some else None,
+            "text": setup.text,
+        }
+    feasible = task_means(by_task(done, ORACLE), SHARES["ok"])
+    used = [c for found in drawn for c in found.conditions[: plan.conditions]]
+    return {
+        "split": plan.split,
+        "budget": plan.slowdown,
+        "seeds": list(plan.seeds),
+        "tasks": len(plan.tasks),
+        "ambiguous_tasks": len(ambiguous),
+        "conditions": len(used),
+        "planners": planners,
+        "oracle_feasible": mean_of(feasible),
+        "person_must_move": float(np.mean([c.staying_clearance > 0.0 for c in used])),
+        "generator": _generator(
+            sum((found.drawn for found in drawn), Counter()),
+            sum((found.rejected for found in drawn), Counter()),
+        ),
+    }
+
+
+def _generator(drawn: Counter[str], rejected: Counter[str]) -> dict[str, Any]:
+    """How many tasks and conditions were drawn, and what each rule turned down."""
+    return {
+        "tasks_drawn": drawn["tasks"],
+        "tasks_rejected": {rule: rejected[rule] for rule in TASK_RULES},
+        "conditions_drawn": drawn["conditions"],
+        "conditions_rejected": {rule: rejected[rule] for rule in CONDITION_RULES},
+    }

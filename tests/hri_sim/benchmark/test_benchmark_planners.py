@@ -1,0 +1,192 @@
+"""The benchmark as a whole: figures, rows, the command line, one or many workers."""
+
+import json
+import math
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hri_prediction.errors import ConfigError
+from hri_sim.benchmark import command, run
+from hri_sim.benchmark.outcome import Outcome
+from hri_sim.benchmark.planners import NOMINAL, ORACLE, PLANNERS
+from hri_sim.benchmark.rows import Done, RowFile, Unit
+from hri_sim.benchmark.run import Plan, marks, run_benchmark
+from hri_sim.benchmark.summary import SHARES, interval, mean_of, summarise, task_means
+
+GOOD = Outcome(0.06, 0.02, 1e-5, 1e-4, 1.5, 1.0, 0.01, 30.0, 0.4, 42, 0, 900)
+BAD = replace(GOOD, clearance=-0.01, time_to_collision=0.0)
+LOST = replace(
+    GOOD, time_to_goal=None, hold_clearance=None, hold_error=None, time_to_collision=None
+)
+SMALL = Plan((PLANNERS[NOMINAL],), "test", 1.0, (0, 1), (0, 4), 2)
+CLUSTER = Path(__file__).with_name("cluster.py")
+
+
+def run_main(monkeypatch, *arguments) -> int:
+    monkeypatch.setattr("sys.argv", ["script", *map(str, arguments)])
+    with pytest.raises(SystemExit) as stop:
+        command.main()
+    return int(stop.value.code or 0)
+
+
+def outcomes_of(plan: Plan, make) -> dict[Unit, Done]:
+    return {unit: Done(unit, tuple(make(unit)), 1.0) for unit in plan.units}
+
+
+def test_figures_of_known_outcomes():
+    done = outcomes_of(SMALL, lambda unit: (GOOD, BAD) if unit.task == 0 else (GOOD, LOST))
+    results = summarise(SMALL, done)
+    figures = results["planners"][NOMINAL]
+    assert results["seeds"] == [0, 1]
+    assert (results["conditions"], results["ambiguous_tasks"]) == (4, 1)
+    assert (figures["ok"], figures["strict"], figures["clearance_5cm"]) == (0.5, 0.5, 0.5)
+    assert figures["time_to_goal_s"] == 1.5
+    assert figures["time_to_collision_s"] == pytest.approx((4 * 0.4 + 2 * 0.0) / 6)
+    assert figures["ambiguous"]["clearance_m"] == pytest.approx(0.06)
+    assert results["oracle_feasible"] == 0.5
+    assert set(figures["ci95"]) >= set(SHARES)
+    json.dumps(results, allow_nan=False)
+
+
+def test_no_arrival_leaves_no_times():
+    figures = summarise(SMALL, outcomes_of(SMALL, lambda unit: (LOST, LOST)))["planners"][NOMINAL]
+    assert figures["ok"] == 0.0
+    assert figures["time_to_goal_s"] is None
+    assert figures["ci95"]["time_to_goal_s"] is None
+
+
+def test_intervals_count_tasks_not_conditions():
+    """Tasks that all succeed or all fail: the error of a share of 30 draws, not of 450."""
+    rng = np.random.default_rng(1)
+    good = rng.random(30) < 0.8
+    outcomes = {task: [GOOD if good[task] else BAD] * 15 for task in range(30)}
+    sums = task_means(outcomes, SHARES["ok"])
+    share = mean_of(sums)
+    low, high = interval(sums)
+    error = math.sqrt(share * (1.0 - share) / 30)
+    assert low < share < high
+    assert high - low == pytest.approx(2 * 1.96 * error, rel=0.15)
+    assert interval(sums) == [low, high]
+
+
+def test_intervals_cover_the_truth():
+    rng = np.random.default_rng(2)
+    covered = 0
+    for _ in range(100):
+        chance = np.clip(0.8 + 0.15 * rng.standard_normal(30), 0.0, 1.0)
+        counts = rng.binomial(15, chance)
+        low, high = interval(np.stack([counts, np.full(30, 15)], axis=1).astype(float))
+        covered += low <= 0.795 <= high  # what clipping leaves of 0.8
+    assert covered >= 88
+
+
+def test_rows_outlive_an_interruption(tmp_path):
+    path, keep = tmp_path / "rows.jsonl", marks(SMALL)
+    file = RowFile(path, keep)
+    first, second = SMALL.units[:2]
+    file.add(Done(first, (GOOD, LOST), 1.25))
+    with path.open("a") as stream:
+        stream.write('{"planner": "nominal", "se')  # killed while it wrote
+    assert RowFile(path, keep).read() == {first: Done(first, (GOOD, LOST), 1.25)}
+    file.add(Done(second, (BAD, BAD), 2.0))
+    assert set(file.read()) == {first, second}
+    assert RowFile(path, {**keep, NOMINAL: "of other code"}).read() == {}
+
+
+def test_marks_tell_what_outcomes_depend_on():
+    ours = marks(SMALL)
+    for other in (
+        replace(SMALL, split="tuning"),
+        replace(SMALL, slowdown=8.0),
+        replace(SMALL, conditions=3),
+        replace(SMALL, planners=(replace(PLANNERS[NOMINAL], settings=(("margin", 0.05),)),)),
+    ):
+        assert marks(other)[NOMINAL] != ours[NOMINAL]
+    assert marks(replace(SMALL, slowdown=8.0))[ORACLE] == ours[ORACLE]
+    assert marks(replace(SMALL, seeds=(0, 1, 2))) == ours
+
+
+def test_more_seeds_do_only_what_is_missing(tmp_path, monkeypatch):
+    asked = []
+
+    def do_all(work, items, *, workers, scheduler):
+        asked.append(len(items))
+        yield from (Done(unit, (GOOD, GOOD), 0.0) for unit in items)
+
+    monkeypatch.setattr(run, "do_all", do_all)
+    for seeds in ((0,), (0, 1), (0, 1)):
+        run_benchmark(replace(SMALL, seeds=seeds), tmp_path / "rows.jsonl")
+    assert asked == [4, 2]
+
+
+def test_command_resumes_and_gives_the_same_file_for_any_number_of_workers(tmp_path, monkeypatch):
+    options = ("--smoke", "--budget", 64, "--planners", "ptomp", "--split", "tuning")
+    assert run_main(monkeypatch, "--out", tmp_path / "a", *options, "--workers", 1) == 0
+    assert {path.name for path in (tmp_path / "a").iterdir()} == {
+        "results.json",
+        "results.md",
+        "run.json",
+        "rows.jsonl",
+        "success.png",
+        "clearance.png",
+    }
+    text = (tmp_path / "a" / "results.json").read_text()
+    results = json.loads(text)
+    assert (results["split"], results["budget"], results["seeds"]) == ("tuning", 64.0, [0])
+    assert set(results["planners"]) == {"ptomp"}
+    assert results["conditions"] == 4
+    found = results["planners"]["ptomp"]
+    assert {"ok", "strict", "clearance_2cm", "clearance_5cm", "accel_cost"} <= set(found["ci95"])
+    rows = (tmp_path / "a" / "rows.jsonl").read_text().splitlines()
+    assert len(rows) == 4  # two tasks, and the oracle's
+    # Broken off after two rows, gone on with two workers.
+    (tmp_path / "b").mkdir()
+    (tmp_path / "b" / "rows.jsonl").write_text("\n".join(rows[:2]) + "\n")
+    assert run_main(monkeypatch, "--out", tmp_path / "b", *options, "--workers", 2) == 0
+    assert (tmp_path / "b" / "results.json").read_text() == text
+    assert "`ptomp`" in (tmp_path / "b" / "results.md").read_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--planners", "rrt"), "ptomp, nominal"),
+        (("--planners", ","), "ptomp, nominal"),
+        (("--budget", "2"), "1, 8, 64, 512"),
+        (("--split", "all"), "tuning, test"),
+        (("--smoke", "--planners", "nominal", "--scheduler", "nowhere"), "nowhere"),
+    ],
+)
+def test_wrong_arguments_say_what_is_right(tmp_path, monkeypatch, arguments, message):
+    monkeypatch.setattr("sys.argv", ["script", "--out", str(tmp_path / "out"), *arguments])
+    with pytest.raises(ConfigError, match=message):
+        command.app(standalone_mode=False)
+
+
+def test_dask_gives_the_same_file(tmp_path, monkeypatch):
+    pytest.importorskip("distributed")
+    options = ("--smoke", "--planners", "nominal")
+    assert run_main(monkeypatch, "--out", tmp_path / "here", *options, "--workers", 1) == 0
+    with subprocess.Popen(
+        [sys.executable, str(CLUSTER)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as cluster:
+        try:
+            address = cluster.stdout.readline().strip()
+            assert address.startswith("tcp://127.0.0.1")
+            # A process of its own: the client's threads are not ours to clean up.
+            text = "from hri_sim.benchmark.command import main; main()"
+            arguments = ("--out", str(tmp_path / "there"), *options, "--scheduler", address)
+            done = subprocess.run(
+                [sys.executable, "-c", text, *arguments], capture_output=True, text=True
+            )
+            assert done.returncode == 0, done.stderr
+        finally:
+            cluster.stdin.close()
+            cluster.wait(timeout=30)
+    here, there = ((tmp_path / name / "results.json").read_text() for name in ("here", "there"))
+    assert here == there
