@@ -16,7 +16,7 @@ from hri_sim.benchmark.outcome import Outcome
 from hri_sim.benchmark.planners import NOMINAL, ORACLE, PLANNERS
 from hri_sim.benchmark.rows import Done, RowFile, Unit
 from hri_sim.benchmark.run import Plan, marks, run_benchmark
-from hri_sim.benchmark.summary import SHARES, interval, mean_of, summarise, task_means
+from hri_sim.benchmark.summary import SHARES, compare, interval, mean_of, summarise, task_means
 
 GOOD = Outcome(0.06, 0.02, 1e-5, 1e-4, 1.5, 1.0, 0.01, 30.0, 0.4, 42, 0, 900)
 BAD = replace(GOOD, clearance=-0.01, time_to_collision=0.0)
@@ -51,6 +51,18 @@ def test_figures_of_known_outcomes():
     assert results["oracle_feasible"] == 0.5
     assert set(figures["ci95"]) >= set(SHARES)
     json.dumps(results, allow_nan=False)
+
+
+def test_differences_are_of_the_same_tasks():
+    """What makes tasks hard for both drops out: ten points are sure where shares are not."""
+    rng = np.random.default_rng(3)
+    worse = {t: [GOOD] * k + [BAD] * (20 - k) for t, k in enumerate(rng.integers(2, 16, 30))}
+    better = {t: [GOOD, GOOD, *found[:-2]] for t, found in worse.items()}
+    found = compare(better, worse)
+    assert found["ok"] == pytest.approx(0.1)
+    assert found["ci95"]["ok"] == pytest.approx([0.1, 0.1])
+    low, high = interval(task_means(worse, SHARES["ok"]))
+    assert high - low > 0.1
 
 
 def test_no_arrival_leaves_no_times():

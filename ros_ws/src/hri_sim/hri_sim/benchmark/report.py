@@ -60,6 +60,24 @@ def share_table(planners: Mapping[str, Mapping[str, Any]]) -> str:
     return _table(["planner", *SHARE_HEADS.values()], rows)
 
 
+def difference_table(differences: Mapping[str, Mapping[str, Any]]) -> str:
+    """By how many points the first planner's shares are larger."""
+    rows = []
+    for name, found in differences.items():
+        cells = [f"{100.0 * found[key]:+.1f}" for key in SHARE_HEADS]
+        spans = [found["ci95"][key] for key in SHARE_HEADS]
+        rows.append(
+            [
+                f"`{name}`",
+                *(
+                    f"{cell} ({100.0 * low:+.1f} to {100.0 * high:+.1f})"
+                    for cell, (low, high) in zip(cells, spans, strict=True)
+                ),
+            ]
+        )
+    return _table(["difference [points]", *SHARE_HEADS.values()], rows)
+
+
 def mean_table(planners: Mapping[str, Mapping[str, Any]]) -> str:
     """How they got there."""
     rows = []
@@ -95,17 +113,22 @@ def report(results: Mapping[str, Any]) -> str:
     unclear = {n: found["ambiguous"] for n, found in planners.items() if found["ambiguous"]}
     parts = [
         f"# Planners: {results['split']} tasks, F = {results['budget']:g}\n",
-        f"{results['conditions']} conditions of {results['tasks']} tasks, {len(results['seeds'])} "
-        f"seeds ({results['seeds'][0]} to {results['seeds'][-1]}), in virtual time. PTOMP that knows "
+        f"{results['conditions']} conditions of {results['tasks']} tasks, seeds "
+        f"{', '.join(map(str, results['seeds']))}, in virtual time. PTOMP that knows "
         "the person's motion and has a large budget is ok in "
         f"{share_text(results['oracle_feasible'], None)} of them.\n",
         share_table(planners),
         mean_table(planners),
         _MEANINGS + "\n",
     ]
+    if results["differences"]:
+        parts += [
+            "The same tasks compared, one planner less the other:\n",
+            difference_table(results["differences"]),
+        ]
     if unclear:
         parts += [
-            f"The {results['ambiguous_tasks']} tasks of ambiguous intent alone:\n",
+            f"Tasks of ambiguous intent alone ({results['ambiguous_tasks']}):\n",
             share_table(unclear),
         ]
     parts += [

@@ -51,22 +51,45 @@ def mean_of(sums: FloatArray) -> float | None:
     return float(total / count) if count else None
 
 
-def interval(sums: FloatArray) -> list[float] | None:
-    """95 % interval of the mean by a bootstrap of whole tasks.
+def interval(sums: FloatArray, less: FloatArray | None = None) -> list[float] | None:
+    """95 % interval of the mean, or of a difference of two, by a bootstrap of whole tasks.
 
     Tasks are drawn with replacement (2000 times), each with all its conditions and seeds: these
-    have person and places in common and are no independent trials.
+    have person and places in common and are no independent trials. Of a difference, both means are of
+    the tasks drawn: what makes a task hard for both drops out.
 
     Args:
         sums: Sum and number of values in each task (tasks, 2).
+        less: The same of what is subtracted; none: nothing is.
     """
     rng = np.random.default_rng(_BOOTSTRAP_SEED)
-    drawn = sums[rng.integers(len(sums), size=(RESAMPLES, len(sums)))].sum(axis=1)
-    drawn = drawn[drawn[:, 1] > 0.0]
+    chosen = rng.integers(len(sums), size=(RESAMPLES, len(sums)))
+    drawn = _means(sums[chosen])
+    if less is not None:
+        drawn = drawn - _means(less[chosen])
+    drawn = drawn[~np.isnan(drawn)]
     if not len(drawn):
         return None
-    low, high = np.percentile(drawn[:, 0] / drawn[:, 1], [2.5, 97.5])
+    low, high = np.percentile(drawn, [2.5, 97.5])
     return [float(low), float(high)]
+
+
+def _means(sums: FloatArray) -> FloatArray:
+    """Means of resampled sums and numbers (n, tasks, 2); NaN where there are no values."""
+    total = sums.sum(axis=1)
+    return np.where(total[:, 1] > 0.0, total[:, 0] / np.maximum(total[:, 1], 1.0), np.nan)
+
+
+def compare(
+    ours: Mapping[int, Sequence[Outcome]], theirs: Mapping[int, Sequence[Outcome]]
+) -> dict[str, Any]:
+    """How much larger our shares are than another planner's, in the same tasks, with intervals."""
+    found: dict[str, Any] = {"ci95": {}}
+    for name, figure in SHARES.items():
+        mine, other = task_means(ours, figure), task_means(theirs, figure)
+        found[name] = (mean_of(mine) or 0.0) - (mean_of(other) or 0.0)
+        found["ci95"][name] = interval(mine, other)
+    return found
 
 
 def figures(outcomes: Mapping[int, Sequence[Outcome]]) -> dict[str, Any]:
@@ -100,6 +123,8 @@ def summarise(plan: Plan, done: Mapping[Unit, Done]) -> dict[str, Any]:
             "ambiguous": figures(some) if some else None,
             "text": setup.text,
         }
+    first, *others = [by_task(done, setup.name) for setup in plan.planners]
+    names = [setup.name for setup in plan.planners]
     feasible = task_means(by_task(done, ORACLE), SHARES["ok"])
     used = [c for found in drawn for c in found.conditions[: plan.conditions]]
     return {
@@ -110,6 +135,10 @@ def summarise(plan: Plan, done: Mapping[Unit, Done]) -> dict[str, Any]:
         "ambiguous_tasks": len(ambiguous),
         "conditions": len(used),
         "planners": planners,
+        "differences": {
+            f"{names[0]} - {name}": compare(first, other)
+            for name, other in zip(names[1:], others, strict=True)
+        },
         "oracle_feasible": mean_of(feasible),
         "person_must_move": float(np.mean([c.staying_clearance > 0.0 for c in used])),
         "generator": _generator(
