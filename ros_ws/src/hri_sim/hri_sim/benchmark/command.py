@@ -93,7 +93,7 @@ def show(results: dict[str, Any], console: Console) -> None:
         table.add_column(column, justify="left" if column == "planner" else "right")
     for name, found in results["planners"].items():
         time = found["time_to_goal_s"]
-        shares = (share_text(found[key], found["ci95"][key]) for key in SHARE_HEADS)
+        shares = (share_text(found[key], found["ci95"][key], 0) for key in SHARE_HEADS)
         table.add_row(name, *shares, "–" if time is None else f"{time:.2f} s")
     console.print(table)
     feasible = share_text(results["oracle_feasible"], None)

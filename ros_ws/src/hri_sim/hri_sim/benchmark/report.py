@@ -33,14 +33,14 @@ _MEANINGS = (
 )
 
 
-def share_text(value: float | None, interval: Sequence[float] | None) -> str:
-    """``98.2 % (97.1–99.0)``."""
+def share_text(value: float | None, interval: Sequence[float] | None, digits: int = 1) -> str:
+    """``98.2 % (97.1–99.0)``; ``digits`` are those of the interval."""
     if value is None:
         return "–"
     text = f"{100.0 * value:.1f} %"
     if interval is None:
         return text
-    return f"{text} ({100.0 * interval[0]:.1f}–{100.0 * interval[1]:.1f})"
+    return f"{text} ({100.0 * interval[0]:.{digits}f}–{100.0 * interval[1]:.{digits}f})"
 
 
 def _row(cells: Sequence[str]) -> str:
@@ -164,7 +164,7 @@ def plot_success(planners: Mapping[str, Mapping[str, Any]], path: Path) -> None:
     axes.set_xticks(np.arange(len(SHARE_HEADS)), list(SHARE_HEADS.values()))
     axes.set_ylabel("share of conditions [%]")
     axes.set_ylim(0.0, 105.0)
-    axes.legend()
+    figure.legend(loc="outside upper center", ncols=4)
     figure.savefig(path, dpi=120)
 
 
@@ -173,9 +173,10 @@ def plot_clearance(outcomes: Mapping[str, Sequence[Outcome]], path: Path) -> Non
     figure, axes = _axes()
     for name, found in outcomes.items():
         values = np.sort([100.0 * outcome.clearance for outcome in found])
-        axes.step(values, 100.0 * np.arange(1, len(values) + 1) / len(values), label=name)
+        shares = 100.0 * np.arange(len(values) + 1) / len(values)
+        axes.step(np.concatenate((values[:1], values)), shares, where="post", label=name)
     axes.axvline(0.0, color="0.5", linewidth=1.0)
     axes.set_xlabel("smallest clearance of a motion [cm]")
     axes.set_ylabel("share of conditions with less [%]")
-    axes.legend()
+    figure.legend(loc="outside upper center", ncols=4)
     figure.savefig(path, dpi=120)
