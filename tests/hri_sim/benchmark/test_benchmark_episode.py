@@ -27,6 +27,16 @@ from hri_sim.scenario.nominal import nominal_motion
 PTOMP = PLANNERS["ptomp"]
 
 
+def test_planners_name_what_exists():
+    for name, setup in PLANNERS.items():
+        assert setup.name == name
+        assert setup.observer is None or setup.observer in OBSERVERS
+        assert setup.config.num_timesteps > 0
+    assert ORACLE_SETUP.name not in PLANNERS
+    with pytest.raises(ConfigError, match="marign"):
+        assert PlannerSetup("typo", "", settings=(("marign", 0.1),)).config
+
+
 @pytest.fixture(scope="module")
 def condition():
     return task_conditions("tuning", 0).conditions[0]

@@ -16,7 +16,7 @@ from hri_prediction.errors import ConfigError
 from hri_prediction.results.origin import origin_line, results_origin
 from hri_sim.benchmark.conditions import SPLITS, check_split
 from hri_sim.benchmark.episode import SLOWDOWNS
-from hri_sim.benchmark.planners import ORACLE, PLANNERS, find_planners
+from hri_sim.benchmark.planners import DEFAULT_PLANNERS, ORACLE, PLANNERS, find_planners
 from hri_sim.benchmark.report import (
     SHARE_HEADS,
     plot_clearance,
@@ -105,7 +105,7 @@ def benchmark_planners(
     out: Annotated[Path, typer.Option(help="Folder for results.json, results.md, plots, rows.")],
     planners: Annotated[
         str, typer.Option(help=f"Some of {', '.join(PLANNERS)}, as in ptomp,nominal.")
-    ] = ",".join(PLANNERS),
+    ] = ",".join(DEFAULT_PLANNERS),
     budget: Annotated[
         int,
         typer.Option(

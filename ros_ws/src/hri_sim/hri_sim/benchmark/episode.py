@@ -35,10 +35,11 @@ from hri_sim.people.tracking import (
 
 SLOWDOWNS = (1, 8, 64, 512)
 """Values of F: how many times slower than the reference a machine is."""
-# What a replan costs besides its iterations. Measured in November 2026 on a core on which an iteration
-# with NT = 30 and TS = 42 took the 0.42 ms of the cost model, and frozen like it: a benchmark of next
-# year is to be comparable, though the code may have become faster. `GATHER_S` is the price when the plan
-# meets the person, charged always; it is a tenth of that when it does not.
+# What a replan costs besides its iterations, on the reference machine: rounded from measurements of
+# November 2026 (tenth percentiles of 600 replans on a shared core, where an iteration with NT = 30 and
+# TS = 42 took 0.4 to 0.5 ms; the cost model says 0.42) and frozen like it. A benchmark of next year is to
+# be comparable, though the code may have become faster. `GATHER_S` is the price when the plan meets the
+# person, charged always; it is a tenth of that when it does not.
 PREDICTION_S = 0.5e-3
 """Charged at each replan for the samples of an interval and one forecast [s]."""
 GATHER_S = 2.5e-3

@@ -47,11 +47,20 @@ PLANNERS = {
     for setup in (
         PlannerSetup("ptomp", "PTOMP as it is configured by default, with ProMP prediction"),
         PlannerSetup(
+            "ptomp_velocity",
+            "the same, told that a reach goes on at constant velocity",
+            "constant_velocity",
+        ),
+        PlannerSetup(
+            "ptomp_staying", "the same, told that the arm stays where it is seen", "staying"
+        ),
+        PlannerSetup(
             NOMINAL, "minimum-jerk motion to the nearest goal posture, whoever is there", None
         ),
     )
 }
 """Those that can be asked for."""
+DEFAULT_PLANNERS = ("ptomp", NOMINAL)
 
 ORACLE_SETUP = PlannerSetup(ORACLE, "PTOMP that knows the person's motion", "oracle")
 """Says, with a large budget, which conditions can be solved at all; not one of the contestants."""
