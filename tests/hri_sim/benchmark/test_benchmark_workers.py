@@ -1,0 +1,46 @@
+"""Work given away: what a cluster is asked before it is trusted, and results however they come."""
+
+import importlib.util
+
+import pytest
+
+from hri_prediction.compiled import source_hash
+from hri_prediction.errors import ConfigError
+from hri_sim.benchmark import workers
+from hri_sim.benchmark.workers import do_all
+
+
+class Cluster:
+    """Answers like a client whose workers say the given hashes."""
+
+    def __init__(self, **found):
+        self.found = found
+
+    def run(self, function):
+        assert function is source_hash
+        return self.found
+
+
+def test_workers_of_the_same_sources_are_taken():
+    workers._check_sources(Cluster(a=source_hash(), b=source_hash()), "tcp://here")
+
+
+@pytest.mark.parametrize(
+    ("found", "message"),
+    [({}, "no workers"), ({"a": source_hash(), "b": "0123"}, "1 of 2 workers run other sources")],
+)
+def test_other_workers_are_refused(found, message):
+    with pytest.raises(ConfigError, match=message):
+        workers._check_sources(Cluster(**found), "tcp://here")
+
+
+def test_without_dask_it_is_said_how_to_get_it(monkeypatch):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(ConfigError, match=r"cluster\.txt"):
+        next(do_all(abs, [1], workers=1, scheduler="tcp://127.0.0.1:8786"))
+
+
+def test_local_work_is_all_done(monkeypatch):
+    monkeypatch.setattr(workers, "compile_kernels", lambda: None)
+    assert sorted(do_all(abs, [-3, 1, -2], workers=1)) == [1, 2, 3]
+    assert list(do_all(abs, [], workers=1)) == []
