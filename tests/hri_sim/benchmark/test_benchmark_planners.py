@@ -12,6 +12,7 @@ import pytest
 
 from hri_prediction.errors import ConfigError
 from hri_sim.benchmark import command, run
+from hri_sim.benchmark.conditions import task_conditions
 from hri_sim.benchmark.outcome import Outcome
 from hri_sim.benchmark.planners import NOMINAL, ORACLE, PLANNERS
 from hri_sim.benchmark.rows import Done, RowFile, Unit
@@ -43,12 +44,21 @@ def test_figures_of_known_outcomes():
     results = summarise(SMALL, done)
     figures = results["planners"][NOMINAL]
     assert results["seeds"] == [0, 1]
-    assert (results["conditions"], results["ambiguous_tasks"]) == (4, 1)
+    assert (results["conditions"], results["shares"]["ambiguous"]) == (4, 0.5)
     assert (figures["ok"], figures["strict"], figures["clearance_5cm"]) == (0.5, 0.5, 0.5)
     assert figures["time_to_goal_s"] == 1.5
     assert figures["time_to_collision_s"] == pytest.approx((4 * 0.4 + 2 * 0.0) / 6)
     assert figures["ambiguous"]["clearance_m"] == pytest.approx(0.06)
     assert results["oracle_feasible"] == 0.5
+    moving = [
+        (task, c.number)
+        for task in SMALL.tasks
+        for c in task_conditions("test", task).conditions[:2]
+        if c.staying_clearance > 0.0
+    ]
+    assert results["shares"]["person_must_move"] == len(moving) / 4
+    good = sum(number == 0 for _, number in moving)
+    assert figures["person_must_move"]["ok"] == pytest.approx(good / len(moving))
     assert set(figures["ci95"]) >= set(SHARES)
     json.dumps(results, allow_nan=False)
 

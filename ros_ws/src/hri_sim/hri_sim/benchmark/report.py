@@ -24,6 +24,11 @@ _MEAN_HEADS = {
     "clearance_m": ("clearance [m]", ".3f"),
     "time_to_collision_s": ("time to collision [s]", ".2f"),
 }
+_KINDS = {
+    "ambiguous": "Where only watching tells the target",
+    "person_must_move": "Where the nominal motion collides only because the person moves (elsewhere the "
+    "arm is in the way from the start)",
+}
 _MEANINGS = (
     "ok: no contact on the way, the tool within 1 cm of the goal and at rest within "
     f"{episode.LIMIT_S:g} s. strict: ok, held for 0.6 s, speeds up to 105 % of the limits, table clear. "
@@ -110,7 +115,6 @@ def rejection_table(generator: Mapping[str, Any]) -> str:
 def report(results: Mapping[str, Any]) -> str:
     """The text beside the plots."""
     planners = results["planners"]
-    unclear = {n: found["ambiguous"] for n, found in planners.items() if found["ambiguous"]}
     parts = [
         f"# Planners: {results['split']} tasks, F = {results['budget']:g}\n",
         f"{results['conditions']} conditions of {results['tasks']} tasks, seeds "
@@ -126,17 +130,15 @@ def report(results: Mapping[str, Any]) -> str:
             "The same tasks compared, one planner less the other:\n",
             difference_table(results["differences"]),
         ]
-    if unclear:
-        parts += [
-            f"Tasks of ambiguous intent alone ({results['ambiguous_tasks']}):\n",
-            share_table(unclear),
-        ]
+    for kind, text in _KINDS.items():
+        some = {name: found[kind] for name, found in planners.items() if found[kind]}
+        if some:
+            share = share_text(results["shares"][kind], None)
+            parts += [f"{text} ({share} of the conditions) alone:\n", share_table(some)]
     parts += [
         "What they are:\n",
         "\n".join(f"- `{name}`: {found['text']}." for name, found in planners.items()) + "\n",
-        "The conditions. In "
-        f"{share_text(results['person_must_move'], None)} of them the nominal motion collides only "
-        "because the person moves; in the others the arm is in the way from the start.\n",
+        "How the conditions were drawn:\n",
         rejection_table(results["generator"]),
     ]
     return "\n".join(parts)

@@ -101,46 +101,59 @@ def figures(outcomes: Mapping[int, Sequence[Outcome]]) -> dict[str, Any]:
     }
 
 
-def by_task(done: Mapping[Unit, Done], planner: str) -> dict[int, list[Outcome]]:
-    """Outcomes of one planner by task, in the order of the units."""
+def by_task(
+    done: Mapping[Unit, Done], planner: str, only: Mapping[int, Sequence[int]] | None = None
+) -> dict[int, list[Outcome]]:
+    """Outcomes of one planner by task, in the order of the units.
+
+    Args:
+        done: All units.
+        planner: Its name.
+        only: Numbers of the conditions that count, by task; none: all do.
+    """
     found: dict[int, list[Outcome]] = {}
     for unit, result in done.items():
-        if unit.planner == planner:
-            found.setdefault(unit.task, []).extend(result.outcomes)
+        if unit.planner != planner:
+            continue
+        chosen = range(len(result.outcomes)) if only is None else only.get(unit.task, ())
+        if chosen:
+            found.setdefault(unit.task, []).extend(result.outcomes[i] for i in chosen)
     return found
 
 
 def summarise(plan: Plan, done: Mapping[Unit, Done]) -> dict[str, Any]:
     """The content of ``results.json``: equal for equal plans, whoever did the work, and when."""
     drawn = [task_conditions(plan.split, number) for number in plan.tasks]
-    ambiguous = {found.task.number for found in drawn if found.task.ambiguous}
+    used = {found.task.number: found.conditions[: plan.conditions] for found in drawn}
+    hard: dict[str, dict[int, list[int]]] = {
+        "ambiguous": {t: [c.number for c in cs if c.task.ambiguous] for t, cs in used.items()},
+        "person_must_move": {
+            t: [c.number for c in cs if c.staying_clearance > 0.0] for t, cs in used.items()
+        },
+    }
     planners = {}
     for setup in plan.planners:
-        outcomes = by_task(done, setup.name)
-        some = {task: found for task, found in outcomes.items() if task in ambiguous}
-        planners[setup.name] = {
-            **figures(outcomes),
-            "ambiguous": figures(some) if some else None,
-            "text": setup.text,
-        }
+        planners[setup.name] = {**figures(by_task(done, setup.name)), "text": setup.text}
+        for kind, only in hard.items():
+            some = by_task(done, setup.name, only)
+            planners[setup.name][kind] = figures(some) if some else None
     first, *others = [by_task(done, setup.name) for setup in plan.planners]
     names = [setup.name for setup in plan.planners]
     feasible = task_means(by_task(done, ORACLE), SHARES["ok"])
-    used = [c for found in drawn for c in found.conditions[: plan.conditions]]
+    count = sum(map(len, used.values()))
     return {
         "split": plan.split,
         "budget": plan.slowdown,
         "seeds": list(plan.seeds),
         "tasks": len(plan.tasks),
-        "ambiguous_tasks": len(ambiguous),
-        "conditions": len(used),
+        "conditions": count,
+        "shares": {kind: sum(map(len, only.values())) / count for kind, only in hard.items()},
         "planners": planners,
         "differences": {
             f"{names[0]} - {name}": compare(first, other)
             for name, other in zip(names[1:], others, strict=True)
         },
         "oracle_feasible": mean_of(feasible),
-        "person_must_move": float(np.mean([c.staying_clearance > 0.0 for c in used])),
         "generator": _generator(
             sum((found.drawn for found in drawn), Counter()),
             sum((found.rejected for found in drawn), Counter()),
