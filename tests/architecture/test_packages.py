@@ -67,10 +67,12 @@ EXTRAS = {
     "qtm_rt": "qualisys.txt",
 }
 """Modules that little needs, and the file that locks them instead of runtime.txt."""
-LONG_FILES = {
-    "hri_planner/nodes/ptomp_node.py": (650, "action, supervision and hand-over share one state"),
+CEILING = 400
+CEILINGS = {
+    "hri_planner/nodes/ptomp_node.py": 350,  # its decisions belong into hri_planner/supervision
+    "hri_planner/supervision/supervisor.py": 360,
 }
-"""Modules of more than 400 lines: their ceiling, and why."""
+"""Modules that may not grow to the ceiling of all."""
 
 
 def _is_ros(name: str) -> bool:
@@ -286,7 +288,7 @@ def test_modules_have_docstrings(package: str) -> None:
 @pytest.mark.parametrize("package", ORDER)
 def test_modules_are_short(package: str) -> None:
     for path in _modules(package):
-        ceiling, _ = LONG_FILES.get(_label(path), (400, ""))
+        ceiling = CEILINGS.get(_label(path), CEILING)
         lines = len(path.read_text().splitlines())
         assert lines <= ceiling, f"{_label(path)} has {lines} lines"
 

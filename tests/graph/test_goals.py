@@ -17,7 +17,6 @@ from motions import (
 )
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from hri_planner.nodes.motion import held_up
 from hri_planner.robot.model import load_robot
 from hri_prediction.ros.messages import PlannerStatus, ReachTarget
 from hri_prediction.ros.qos import reliable
@@ -108,7 +107,6 @@ def test_into_something_that_the_planner_does_not_know(
     assert result.outcome == Result.BLOCKED
     assert "held up" in result.reason
     assert "given no table" not in result.reason
-    assert "given no table" in held_up(0.1, None)
     assert np.abs(newest_speed(graph)).max() < 0.05
 
 

@@ -117,12 +117,12 @@ class Overloaded(PtompNode):
 
     dropped = 25
 
-    def _publish_plan(self, now_ns: int, motion: Any, cycle: Any) -> None:
+    def _publish(self, now_ns: int, plan: Any, cycle: Any) -> None:
         if self.dropped:
             self.dropped -= 1
-            self._planner.restore(cycle.before)
+            self.replanning.planner.restore(cycle.before)
             return
-        super()._publish_plan(now_ns, motion, cycle)
+        super()._publish(now_ns, plan, cycle)
 
 
 def test_a_first_plan_that_comes_late_begins_where_the_robot_is(
@@ -145,7 +145,7 @@ def fail_replans(graph: Graph, monkeypatch: pytest.MonkeyPatch, error: Exception
     def replan(*_: Any, **__: Any) -> None:
         raise error
 
-    monkeypatch.setattr(graph.nodes["ptomp"]._planner, "replan", replan)
+    monkeypatch.setattr(graph.nodes["ptomp"].replanning.planner, "replan", replan)
 
 
 WITHOUT_TIMEOUT = {"simulator": {"command_timeout": 0.0}}
@@ -215,7 +215,7 @@ def test_plans_that_leave_the_limits_are_never_followed(
     handle = start_reach(graph, scenario)
     run_into_motion(graph)
     since = graph.now_s
-    monkeypatch.setattr(graph.nodes["ptomp"]._planner, "_keeps_limits", lambda _: False)
+    monkeypatch.setattr(graph.nodes["ptomp"].replanning.planner, "_keeps_limits", lambda _: False)
     result = finish(graph, handle, 4.0)
     assert result.outcome == ReachTarget.Result.FAILED
     assert "joint limits" in result.reason
@@ -317,7 +317,7 @@ def test_plans_that_are_always_late_stop_the_robot_for_good(
     run_into_motion(graph)
     node = graph.nodes["ptomp"]
     assert isinstance(node, PtompNode)
-    node._worker = SlowWorker(node, 0.06)  # type: ignore[assignment]
+    node.replanning.worker = SlowWorker(node, 0.06)  # type: ignore[assignment]
     begin = graph.now_s
     result = finish(graph, handle, 6.0)
     assert result.outcome == ReachTarget.Result.FAILED
@@ -348,8 +348,8 @@ def test_every_interval_without_a_plan_counts(graph: Graph, scenario: Scenario) 
     assert isinstance(node, PtompNode)
     before = graph.messages("/ptomp/status")[-1].deadline_misses
     # Just short of what stops the robot: 36 ms intervals, of which one plan takes 80 ms.
-    node._worker = SlowWorker(node, 0.08)  # type: ignore[assignment]
+    node.replanning.worker = SlowWorker(node, 0.08)  # type: ignore[assignment]
     graph.run(0.036 + 0.088)
-    node._worker = SlowWorker(node, 0.0)  # type: ignore[assignment]
+    node.replanning.worker = SlowWorker(node, 0.0)  # type: ignore[assignment]
     graph.run(0.1)
     assert graph.messages("/ptomp/status")[-1].deadline_misses - before == 2

@@ -8,6 +8,7 @@ import pytest
 
 from hri_planner.robot.model import load_robot
 from hri_planner.ros.inputs import Inputs
+from hri_planner.supervision import freshness
 from hri_prediction.errors import DataError
 from hri_prediction.ros.messages import ControllerState
 from hri_prediction.ros.time import to_time
@@ -16,17 +17,17 @@ NAMES = load_robot().joint_names
 Q = np.linspace(-0.6, 0.6, 7)
 QD = np.linspace(0.1, 0.7, 7)
 NOW_NS = 5_000_000_000
+LIMITS = freshness.Limits(0.1, 0.085, require_tracking=False)
 
 
 @pytest.fixture
 def inputs() -> Inputs:
-    return Inputs(
-        max_joint_age_s=0.1,
-        max_sample_age_s=0.085,
-        require_tracking=False,
-        radii=np.full(3, 0.05),
-        joints_ns=NOW_NS,
-    )
+    return Inputs(radii=np.full(3, 0.05), joints_ns=NOW_NS)
+
+
+def problem(inputs: Inputs, now_ns: int = NOW_NS) -> str:
+    """What the supervisor says of them."""
+    return freshness.problem(inputs.heard(), LIMITS, now_ns)
 
 
 def reference(stamp_ns: int = NOW_NS) -> ControllerState:
@@ -48,7 +49,7 @@ def test_joints_in_another_order_and_others_among_them(inputs: Inputs) -> None:
     assert tuple(inputs.reference.joint_names) == NAMES
     np.testing.assert_array_equal(inputs.reference.reference_position, Q)
     np.testing.assert_array_equal(inputs.reference.reference_velocity, QD)
-    assert inputs.problem(NOW_NS) == ""
+    assert problem(inputs) == ""
 
 
 def _no_names(message: ControllerState) -> None:
@@ -100,16 +101,16 @@ def test_what_cannot_be_used_is_left_out_and_stops_the_robot(
         inputs.take_reference(bad, NAMES)
     # Never a usable one: the robot does not begin to move from where the joints are.
     assert inputs.reference is None
-    assert inputs.problem(NOW_NS) == inputs.reference_fault != ""
+    assert problem(inputs) == inputs.reference_fault != ""
 
     good = reference()
     inputs.take_reference(good, NAMES)
-    assert inputs.problem(NOW_NS) == ""
+    assert problem(inputs) == ""
     with pytest.raises(DataError, match=words):
         inputs.take_reference(bad, NAMES)
     # The one before stays in use until it is too old.
     assert inputs.reference is good
-    assert inputs.problem(NOW_NS) == ""
+    assert problem(inputs) == ""
     inputs.joints_ns = NOW_NS + 150_000_000
-    problem = inputs.problem(NOW_NS + 150_000_000)
-    assert "reference is 0.15 s old: the controller's reference" in problem
+    found = problem(inputs, NOW_NS + 150_000_000)
+    assert "reference is 0.15 s old: the controller's reference" in found

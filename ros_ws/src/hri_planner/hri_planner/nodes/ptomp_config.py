@@ -4,8 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
+from hri_planner.supervision.freshness import Limits
+from hri_planner.supervision.rules import Rules
 from hri_prediction.config import parameter, validate
 from hri_prediction.errors import ConfigError
+from hri_prediction.ros.time import seconds_to_ns
+
+FloatArray = NDArray[np.float64]
+
+TRANSPORT_NS = 5_000_000
+"""A plan must be ready so long before its hand-over to reach the controller in time [ns]."""
 
 
 @dataclass(frozen=True)
@@ -98,3 +109,33 @@ class PtompNodeConfig:
         """Centre and full edge lengths of the table [m]; only when there is one."""
         (x, y, z), (a, b, c) = self.table_center, self.table_size
         return (x, y, z), (a, b, c)
+
+    @property
+    def targets(self) -> dict[str, FloatArray]:
+        """Tool positions (3,) [m] by name."""
+        positions = np.reshape(self.target_positions, (-1, 3))
+        return dict(zip(self.target_names, positions, strict=True))
+
+    @property
+    def radii(self) -> FloatArray:
+        """Of upper arm, forearm and hand (3,) [m]."""
+        return np.array([self.radius_upper_arm, self.radius_forearm, self.radius_hand])
+
+    @property
+    def limits(self) -> Limits:
+        """How old inputs may be."""
+        return Limits(self.max_joint_age, self.max_sample_age, self.require_tracking)
+
+    def rules(self, *, lockstep: bool) -> Rules:
+        """By what motions are judged; in lock-step plans need no time to get through."""
+        return Rules(
+            interval_ns=seconds_to_ns(self.replan_interval),
+            transport_ns=0 if lockstep else TRANSPORT_NS,
+            late_timeout_s=self.late_timeout,
+            lost_timeout_s=self.lost_timeout,
+            max_duration_s=self.max_duration,
+            goal_tolerance=self.goal_tolerance,
+            rest_speed=self.rest_speed,
+            heartbeat=self.heartbeat,
+            knows_table=bool(self.table_center),
+        )

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from hri_planner.ptomp.planner import PlannerSnapshot, PtompPlanner, ReplanResult
 from hri_planner.ros.inputs import Inputs
 from hri_planner.ros.tracker import PlanTracker, Progress, Published
+from hri_planner.supervision.stop import STANDING_RATE
 from hri_prediction.ros.messages import ControllerState
 from hri_prediction.ros.time import NANO, seconds_to_ns, to_ns
 
@@ -18,8 +19,6 @@ FloatArray = NDArray[np.float64]
 
 CONTROLLER_STEP_NS = 4_000_000
 """Step of the trajectory controller [ns]."""
-STANDING_RATE = 0.01
-"""A controller that runs at less than this share of full speed stands."""
 _SAME = 1e-6
 """Angles [rad] and speeds [rad/s] of one state agree to this."""
 
@@ -81,10 +80,9 @@ class Handover:
         return (time_ns - self.origin_ns) / NANO
 
     @property
-    def newest_due_ns(self) -> int | None:
-        """When the first point of the plan that was sent last is due [ns]."""
-        newest = self._sent.newest
-        return None if newest is None else newest.due_ns
+    def follows_a_plan(self) -> bool:
+        """Whether the controller is on a plan that was sent since the last stop."""
+        return self._sent.progress(self._inputs.reference, 0, 0) is not None
 
     def state_at(self, time_ns: int) -> tuple[FloatArray, FloatArray, FloatArray] | None:
         """State on the path that the controller will have then; none when it follows no plan."""
@@ -122,30 +120,32 @@ class Handover:
         self._planner.follow(progress.published.plan.shifted(lag))
         return Joint(progress.published, progress.plan_time_s)
 
-    def publish(
-        self, handover_ns: int, joint: Joint | None, before: PlannerSnapshot, result: ReplanResult
-    ) -> int:
-        """Note a plan that is being sent.
+    def due_ns(self, handover_ns: int, joint: Joint | None) -> int:
+        """When the first point of a plan is due, if it is sent now [ns].
 
-        At full speed its first point is due at the hand-over that it was made for. While the controller
-        is slower, the time at which it will be where the plan begins depends on when the plan arrives.
-        Controllers take plans in between two of their steps, as of the last one: that is on average
-        half a step ago, in lock-step a whole one.
+        At full speed that is the hand-over that it was made for. While the controller is slower, the time
+        at which it will be where the plan begins depends on when the plan arrives. Controllers take plans
+        in between two of their steps, as of the last one: that is on average half a step ago, in lock-step
+        a whole one.
 
-        Returns:
-            When its first point is due [ns].
+        Args:
+            handover_ns: The hand-over that it was made for [ns].
+            joint: Where it joins, by :meth:`align`.
         """
-        due_ns = handover_ns
-        if joint is not None:
-            step_ns = CONTROLLER_STEP_NS if self._lockstep else CONTROLLER_STEP_NS // 2
-            taken_ns = self._now_ns() - step_ns
-            progress = self._sent.progress(self._inputs.reference, taken_ns, taken_ns)
-            if progress is not None and progress.published is joint.follows:
-                due_ns = taken_ns + seconds_to_ns(joint.plan_time_s - progress.plan_time_s)
+        if joint is None:
+            return handover_ns
+        step_ns = CONTROLLER_STEP_NS if self._lockstep else CONTROLLER_STEP_NS // 2
+        taken_ns = self._now_ns() - step_ns
+        progress = self._sent.progress(self._inputs.reference, taken_ns, taken_ns)
+        if progress is None or progress.published is not joint.follows:
+            return handover_ns
+        return taken_ns + seconds_to_ns(joint.plan_time_s - progress.plan_time_s)
+
+    def sent(self, due_ns: int, before: PlannerSnapshot, result: ReplanResult) -> None:
+        """Note a plan that is being sent, whose first point is due at ``due_ns``."""
         path = self._sent.with_lead_in(before.plan, result.plan)
         snapshot = self._planner.snapshot()
         self._sent.add(Published(due_ns, result.plan.start_s, path, snapshot))
-        return due_ns
 
     def _progress(self, handover_ns: int) -> Progress | None:
         arrival_ns = handover_ns - self._interval_ns + self._arrival_ns

@@ -1,4 +1,4 @@
-"""What the planner node knows of robot and people, and whether that is enough to move."""
+"""What the planner node knows of robot and people."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from hri_planner.ptomp.forecast import HumanForecast
 from hri_planner.robot.model import RobotModel
 from hri_planner.ros.conversions import forecast_from_message, reference_from_message
+from hri_planner.supervision.freshness import Controller, Heard, HeardPrediction
 from hri_prediction.errors import DataError
 from hri_prediction.geometry.segments import capsule_distances
 from hri_prediction.ros.messages import ControllerState, HumanPrediction
-from hri_prediction.ros.time import NANO, to_ns
+from hri_prediction.ros.time import to_ns
 
 FloatArray = NDArray[np.float64]
 NOBODY = 1e9
@@ -26,16 +27,10 @@ class Inputs:
     """Newest inputs; times on the ROS clock [ns].
 
     Attributes:
-        max_joint_age_s: Older joint states count as missing [s].
-        max_sample_age_s: A prediction whose newest sample is older counts as missing [s].
-        require_tracking: Whether a graph without any tracking source may not move.
         radii: Of upper arm, forearm and hand (3,) [m].
         reference_fault: What is wrong with the controller's newest reference; empty when it is used.
     """
 
-    max_joint_age_s: float
-    max_sample_age_s: float
-    require_tracking: bool
     radii: FloatArray
     tracked: tuple[str, ...] | None = None
     predictions: dict[str, HumanPrediction] = field(default_factory=dict)
@@ -58,44 +53,26 @@ class Inputs:
             raise
         self.reference_fault = ""
 
-    def joints_problem(self, now_ns: int) -> str:
-        """Why nobody knows where the robot is; empty when that is known."""
-        if self.joints_ns is None:
-            return "no /joint_states yet"
-        age = (now_ns - self.joints_ns) / NANO
-        if age > self.max_joint_age_s:
-            return f"/joint_states are {age:.2f} s old"
-        if age < -self.max_joint_age_s:
-            return f"/joint_states are stamped {-age:.2f} s in the future"
-        if self.reference is None:
-            # Empty where no controller speaks: plans then begin where the joints are.
-            return self.reference_fault
-        # Plans begin where the controller is: extrapolated over a stall, that is a jump.
-        age = (now_ns - to_ns(self.reference.header.stamp)) / NANO
-        if abs(age) > self.max_joint_age_s:
-            why = f": {self.reference_fault}" if self.reference_fault else ""
-            return f"the controller's reference is {age:.2f} s old{why}"
-        return ""
-
-    def problem(self, now_ns: int) -> str:
-        """Why the robot must not move now; empty when it may."""
-        unseen = self.joints_problem(now_ns)
-        if unseen:
-            return unseen
-        if self.tracked is None:
-            return "nothing says who is tracked" if self.require_tracking else ""
-        for body_id in self.tracked:
-            prediction = self.predictions.get(body_id)
-            if prediction is None:
-                return f"no prediction of {body_id} yet"
-            if prediction.state == HumanPrediction.INVALID:
-                return f"the prediction of {body_id} is invalid: {prediction.reason}"
-            age = (now_ns - to_ns(prediction.header.stamp)) / NANO
-            if age > self.max_sample_age_s:
-                return f"the newest sample behind the prediction of {body_id} is {age:.3f} s old"
-            if age < -self.max_sample_age_s:
-                return f"the prediction of {body_id} is stamped {-age:.3f} s in the future"
-        return ""
+    def heard(self) -> Heard:
+        """What it is, and from when."""
+        reference, controller = self.reference, None
+        if reference is not None:
+            controller = Controller(
+                to_ns(reference.header.stamp),
+                active=reference.state != ControllerState.IDLE,
+                stopping=reference.state == ControllerState.STOPPING,
+                rate=float(reference.speed_scale),
+                reason=reference.reason,
+            )
+        predictions = {
+            body_id: HeardPrediction(
+                to_ns(message.header.stamp),
+                invalid=message.state == HumanPrediction.INVALID,
+                reason=message.reason,
+            )
+            for body_id, message in self.predictions.items()
+        }
+        return Heard(self.joints_ns, controller, self.reference_fault, self.tracked, predictions)
 
     def forget(self) -> None:
         """Drop what the robot and the predictor said, because its stamps mean nothing any more."""

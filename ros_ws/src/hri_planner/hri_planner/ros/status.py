@@ -1,13 +1,64 @@
-"""How a plan is described on the status topic, and timings on /diagnostics."""
+"""What the status topic, the action's result and /diagnostics say of plans and motions."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
+from std_msgs.msg import Header
+
 from hri_planner.ptomp.result import ReplanResult
 from hri_planner.ros.inputs import NOBODY
-from hri_prediction.ros.messages import PlannerStatus
+from hri_planner.supervision.decision import Ending, Report
+from hri_prediction.ros.conversions import WORLD
+from hri_prediction.ros.messages import ControllerState, PlannerStatus, ReachTarget
 from hri_prediction.ros.time import to_time
+
+
+def status_message(
+    now_ns: int,
+    report: Report,
+    *,
+    clearance: float,
+    distance: float,
+    reference: ControllerState | None,
+) -> PlannerStatus:
+    """Status without a plan; :func:`describe_plan` adds one.
+
+    Args:
+        now_ns: Its stamp [ns].
+        report: What there is to say.
+        clearance: Surface distance robot-person now [m].
+        distance: Of the tool to the goal [m]; 0 without one.
+        reference: What the controller said last.
+    """
+    return PlannerStatus(
+        header=Header(stamp=to_time(now_ns), frame_id=WORLD),
+        stage=int(report.stage),
+        reason=report.reason,
+        motion=report.number,
+        replan=report.replans,
+        deadline_misses=report.misses,
+        clearance=clearance,
+        distance_to_goal=distance,
+        speed_scale=report.speed_scale,
+        handover_jump=0.0 if reference is None else reference.max_handover_jump,
+        predicted_clearance=NOBODY,
+        first_contact=-1.0,
+    )
+
+
+def result_message(ending: Ending, goal_error: float) -> ReachTarget.Result:
+    """Result of a motion that has ended with the tool so far from its goal [m]."""
+    return ReachTarget.Result(
+        outcome=int(ending.outcome),
+        reason=ending.reason,
+        duration=ending.duration_s,
+        min_separation=min(ending.min_separation, NOBODY),
+        goal_error=goal_error,
+        replans=ending.replans,
+        cost_names=list(ending.costs),
+        costs=list(ending.costs.values()),
+    )
 
 
 def describe_plan(

@@ -1,0 +1,173 @@
+"""Replans: from an interval to a plan, beside the executor."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hri_planner.nodes.ptomp_config import PtompNodeConfig
+from hri_planner.ptomp.budget import VirtualTimeBudget
+from hri_planner.ptomp.config import PtompConfig
+from hri_planner.ptomp.costs import TableBox
+from hri_planner.ptomp.planner import PlannerSnapshot, PtompPlanner
+from hri_planner.ptomp.result import ReplanResult
+from hri_planner.robot.model import RobotModel
+from hri_planner.ros.handover import Handover, Joint
+from hri_planner.ros.inputs import Inputs
+from hri_planner.ros.worker import Worker
+from hri_planner.supervision.decision import Goal, Interval
+from hri_prediction.errors import DataError, PlanningError
+from hri_prediction.ros.time import seconds_to_ns
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """What one replan was made from and for.
+
+    Attributes:
+        interval: When, and for which motion.
+        newest_sample_ns: Newest human sample that it used [ns].
+        joint: Where it meets the plan before.
+        before: The planner as it was, for when the plan is dropped.
+        result: The plan and how it came about.
+        compute_s: What it took [s].
+    """
+
+    interval: Interval
+    newest_sample_ns: int
+    joint: Joint | None
+    before: PlannerSnapshot
+    result: ReplanResult
+    compute_s: float
+
+    def is_over_for(self, number: int, plan_time_s: float) -> bool:
+        """Whether it is the plan that has brought the tool to the goal of a motion by that time [s]."""
+        if self.interval.number != number:
+            return False
+        if self.result.stage == "holding":
+            return True
+        return self.result.stage == "reaching" and plan_time_s >= self.result.plan.end_s - 1e-9
+
+
+@dataclass(frozen=True)
+class Failed:
+    """A replan that brought no plan: the motion, and why."""
+
+    number: int
+    text: str
+
+
+class Replanning:
+    """The planner, the thread that it runs in, and the hand-over of its plans.
+
+    Args:
+        robot: The robot.
+        config: Of the node.
+        planner_config: Of the planner.
+        inputs: What the node has heard.
+        tick_s: Period of the node's tick [s].
+        lockstep: Whether plans are made at once, with a budget of virtual time.
+        now_ns: The node's clock.
+    """
+
+    def __init__(
+        self,
+        robot: RobotModel,
+        config: PtompNodeConfig,
+        planner_config: PtompConfig,
+        inputs: Inputs,
+        *,
+        tick_s: float,
+        lockstep: bool,
+        now_ns: Callable[[], int],
+    ) -> None:
+        self._config = config
+        self._inputs = inputs
+        self._lockstep = lockstep
+        self._now_ns = now_ns
+        self._rollouts = planner_config.num_rollouts
+        self._timesteps = planner_config.num_timesteps
+        table = TableBox(*config.table) if config.table_center else None
+        rng = np.random.default_rng(config.seed)
+        self.planner = PtompPlanner(robot, planner_config, rng, table=table)
+        arrival_s = 0.0 if lockstep else config.compute_share * config.replan_interval + tick_s
+        self.handover = Handover(
+            self.planner,
+            inputs,
+            arrival_ns=seconds_to_ns(arrival_s),
+            interval_ns=seconds_to_ns(config.replan_interval),
+            lockstep=lockstep,
+            now_ns=now_ns,
+        )
+        self.worker: Worker[Cycle | Failed] = Worker("ptomp optimiser", inline=lockstep)
+        self._budget = VirtualTimeBudget(config.slowdown)
+
+    def start(self, goal: Goal, handover_ns: int) -> None:
+        """Set the planner on a new goal, from rest or in flight.
+
+        Raises:
+            PlanningError: when there is no way to the goal.
+        """
+        q, qd = self._inputs.q, self._inputs.qd
+        state = self.handover.state_at(handover_ns)
+        reference = self._inputs.reference
+        if state is not None:
+            q, qd = state[0], state[1]
+        elif reference is not None:
+            # What the controller asks for, not what the joints make of it: no step at hand-over.
+            q = np.array(reference.reference_position)
+            qd = np.array(reference.reference_velocity)
+        self.planner.start(q, qd, goal.target, goal.duration_s, 0.0)
+        self.handover.begin(handover_ns)
+
+    def submit(self, interval: Interval) -> None:
+        """Begin a replan with the newest inputs; :meth:`take` brings what comes of it.
+
+        Raises:
+            DataError: when the inputs cannot be used.
+            PlanningError: when the planner cannot go on from where the robot will be.
+        """
+        handover_ns = interval.handover_ns
+        handover_s = self.handover.plan_time_s(handover_ns)
+        joint = self.handover.align(handover_ns)
+        forecasts = self._inputs.forecasts(self.handover.origin_ns)
+        newest_ns = self._inputs.newest_sample_ns()
+        iterations: int | None = None
+        deadline: Callable[[], bool] | None = None
+        if self._lockstep:
+            interval_s, steps = self._config.replan_interval, self._free_steps(handover_s)
+            iterations = self._budget.iterations(interval_s, self._rollouts, steps)
+        else:
+            share = self._config.compute_share
+            end_ns = interval.begin_ns + round(share * (handover_ns - interval.begin_ns))
+
+            def deadline() -> bool:
+                # The ROS clock, so that the share is kept when /clock runs fast or slow.
+                return self._now_ns() >= end_ns
+
+        def job() -> Cycle | Failed:
+            start = time.monotonic()
+            before = self.planner.snapshot()
+            try:
+                result = self.planner.replan(
+                    handover_s, forecasts, iterations=iterations, deadline=deadline
+                )
+            except (DataError, PlanningError) as error:
+                self.planner.restore(before)
+                return Failed(interval.number, str(error))
+            spent_s = time.monotonic() - start
+            return Cycle(interval, newest_ns, joint, before, result, spent_s)
+
+        self.worker.submit(job)
+
+    def _free_steps(self, handover_s: float) -> int:
+        """Time steps between a hand-over and the end of the present plan."""
+        plan = self.planner.plan
+        left_s = 0.0 if plan is None else max(plan.end_s - handover_s, 0.0)
+        return round(left_s / self._config.default_duration * self._timesteps)

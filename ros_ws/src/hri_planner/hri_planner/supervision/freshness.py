@@ -1,0 +1,117 @@
+"""Whether what has been heard is enough to move: what is missing, too old, or must not be used."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+NANO = 1_000_000_000
+
+
+@dataclass(frozen=True)
+class Limits:
+    """How old inputs may be.
+
+    Attributes:
+        max_joint_age_s: Older joint states, or references of the controller, count as missing [s].
+        max_sample_age_s: A prediction whose newest sample is older counts as missing [s].
+        require_tracking: Whether nobody moves before a source says who is tracked.
+    """
+
+    max_joint_age_s: float
+    max_sample_age_s: float
+    require_tracking: bool
+
+
+@dataclass(frozen=True)
+class Controller:
+    """What the controller said last.
+
+    Attributes:
+        stamp_ns: When [ns].
+        active: Whether it follows a trajectory.
+        stopping: Whether it is coming to rest, or rests, on its path.
+        rate: Rate at which it runs its trajectory, 0...1.
+        reason: Why it stops; empty otherwise.
+    """
+
+    stamp_ns: int
+    active: bool = False
+    stopping: bool = False
+    rate: float = 1.0
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class HeardPrediction:
+    """What is known of a prediction.
+
+    Attributes:
+        stamp_ns: Capture time of its newest sample [ns].
+        invalid: Whether its sender says that it must not be used.
+        reason: Why.
+    """
+
+    stamp_ns: int
+    invalid: bool = False
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class Heard:
+    """What was heard last of robot and people.
+
+    Attributes:
+        joints_ns: Stamp of the newest joint states [ns]; none before the first.
+        controller: What the controller said last; none where no controller speaks.
+        controller_fault: Why its newest message cannot be used; empty when it can.
+        tracked: Who is tracked; none while nobody has said so.
+        predictions: Of those who are tracked, by body id.
+    """
+
+    joints_ns: int | None = None
+    controller: Controller | None = None
+    controller_fault: str = ""
+    tracked: tuple[str, ...] | None = None
+    predictions: Mapping[str, HeardPrediction] = field(default_factory=dict)
+
+
+def joints_problem(heard: Heard, limits: Limits, now_ns: int) -> str:
+    """Why nobody knows where the robot is; empty when that is known."""
+    if heard.joints_ns is None:
+        return "no /joint_states yet"
+    age = (now_ns - heard.joints_ns) / NANO
+    if age > limits.max_joint_age_s:
+        return f"/joint_states are {age:.2f} s old"
+    if age < -limits.max_joint_age_s:
+        return f"/joint_states are stamped {-age:.2f} s in the future"
+    if heard.controller is None:
+        # Empty where no controller speaks: plans then begin where the joints are.
+        return heard.controller_fault
+    # Plans begin where the controller is: extrapolated over a stall, that is a jump.
+    age = (now_ns - heard.controller.stamp_ns) / NANO
+    if abs(age) > limits.max_joint_age_s:
+        why = f": {heard.controller_fault}" if heard.controller_fault else ""
+        return f"the controller's reference is {age:.2f} s old{why}"
+    return ""
+
+
+def problem(heard: Heard, limits: Limits, now_ns: int) -> str:
+    """Why the robot must not move now; empty when it may."""
+    unseen = joints_problem(heard, limits, now_ns)
+    if unseen:
+        return unseen
+    if heard.tracked is None:
+        return "nothing says who is tracked" if limits.require_tracking else ""
+    for body_id in heard.tracked:
+        prediction = heard.predictions.get(body_id)
+        if prediction is None:
+            return f"no prediction of {body_id} yet"
+        if prediction.invalid:
+            return f"the prediction of {body_id} is invalid: {prediction.reason}"
+        age = (now_ns - prediction.stamp_ns) / NANO
+        if age > limits.max_sample_age_s:
+            return f"the newest sample behind the prediction of {body_id} is {age:.3f} s old"
+        if age < -limits.max_sample_age_s:
+            return f"the prediction of {body_id} is stamped {-age:.3f} s in the future"
+    return ""

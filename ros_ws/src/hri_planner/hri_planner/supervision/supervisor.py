@@ -1,0 +1,353 @@
+"""Decides, tick by tick, what the robot is told: move, pause, go on, stop, hold; and how a motion ends."""
+
+from __future__ import annotations
+
+from hri_planner.supervision.decision import (
+    Decision,
+    Goal,
+    Interval,
+    Orders,
+    Outcome,
+    ReadyPlan,
+    Report,
+    Seen,
+    Stage,
+    Verdict,
+)
+from hri_planner.supervision.freshness import NANO, Limits, joints_problem, problem
+from hri_planner.supervision.intervals import Intervals
+from hri_planner.supervision.motion import Motion
+from hri_planner.supervision.rules import Rules
+from hri_planner.supervision.stop import SETTLE_NS, Stop
+
+HEARTBEAT_NS = 20_000_000
+FEEDBACK_NS = 100_000_000
+CLOCK_STEP_NS = 100_000_000
+"""A clock that goes back by more than this starts all anew; less is a clock being set [ns]."""
+
+
+class Supervisor:
+    """Its methods are told what has happened, with the time, and return what is to be done.
+
+    Args:
+        rules: By what motions are judged.
+        limits: How old inputs may be.
+
+    Attributes:
+        motion: The present one.
+        holding: Whether the goal of a motion that has reached it is kept, clear of people.
+        stage: What the robot does.
+        reason: Why.
+        scale: Speed scale asked of the controller, 0...1.
+        intervals: The planning clock and its counts.
+    """
+
+    def __init__(self, rules: Rules, limits: Limits) -> None:
+        self._rules = rules
+        self._limits = limits
+        self.intervals = Intervals(rules.interval_ns, rules.transport_ns, rules.late_timeout_s)
+        self.motion: Motion | None = None
+        self.holding = False
+        self.stage = Stage.IDLE
+        self.reason = ""
+        self.scale = 1.0
+        self._count = 0
+        self._stop = Stop()
+        self._last_ns = 0
+        self._next_heartbeat_ns = self._next_feedback_ns = self._next_pause_ns = 0
+
+    @property
+    def active(self) -> bool:
+        """Whether the robot is to move, or might have to."""
+        return self.motion is not None or self.holding
+
+    # ------------------------------------------------------------------ goals
+    def accept(self, goal: Goal, now_ns: int) -> tuple[int, Decision]:
+        """A new goal takes the place of the present one. Returns its number too."""
+        orders = Orders()
+        self._count += 1
+        if self.motion is not None and self.motion.cancelling:
+            self._end(self.motion, Outcome.CANCELLED, "cancelled, and a newer goal", now_ns, orders)
+        elif self.motion is not None:
+            self._end(self.motion, Outcome.PREEMPTED, "a newer goal took over", now_ns, orders)
+        self.motion = Motion(self._count, now_ns, goal)
+        return self._count, orders.decision()
+
+    def refuse(self, reason: str, now_ns: int) -> tuple[int, Decision]:
+        """A goal that cannot be understood ends at once; the present one goes on."""
+        orders = Orders()
+        self._count += 1
+        motion = Motion(self._count, now_ns, None)
+        self._end(motion, Outcome.REJECTED, reason, now_ns, orders)
+        return self._count, orders.decision()
+
+    def cancel(self, number: int) -> bool:
+        """Ask for the end of a motion; false when it is not the present one."""
+        if self.motion is None or self.motion.number != number:
+            return False
+        self.motion.cancelling = True
+        return True
+
+    def unreachable(self, reason: str, seen: Seen) -> Decision:
+        """There is no way to the goal that was to begin; what the robot is still on ends with it."""
+        orders = Orders()
+        if self.motion is not None:
+            if seen.on_plan:
+                self._halt(orders)
+            self._end(self.motion, Outcome.UNREACHABLE, reason, seen.now_ns, orders)
+        return orders.decision()
+
+    # ------------------------------------------------------------------ time
+    def clock_went_back(self, now_ns: int) -> bool:
+        """Take the time; whether it is so much before the one before that :meth:`restart` is due."""
+        back = now_ns < self._last_ns - CLOCK_STEP_NS
+        self._last_ns = now_ns
+        return back
+
+    def restart(self, now_ns: int) -> Decision:
+        """Begin anew after the clock went back: no stamp from before means anything now."""
+        text = "the clock went back"
+        orders = Orders(faults=[("clock", f"{text}: the present motion is dropped")])
+        held = self.holding
+        self._halt(orders)
+        self._stop.over()
+        self.intervals.restart(now_ns)
+        self._next_heartbeat_ns = self._next_feedback_ns = self._next_pause_ns = now_ns
+        if self.motion is not None:
+            self._end(self.motion, Outcome.FAILED, text, now_ns, orders)
+        elif held:
+            self.stage, self.reason = Stage.IDLE, text
+            orders.reports.append(self._report(None))
+        return orders.decision()
+
+    def heartbeat_due(self, now_ns: int) -> bool:
+        """Whether the speed scale is to be said now."""
+        due = now_ns >= self._next_heartbeat_ns
+        if due:
+            self._next_heartbeat_ns = now_ns + HEARTBEAT_NS
+        return due and self._rules.heartbeat
+
+    def feedback_due(self, now_ns: int) -> bool:
+        """Whether the present motion's feedback is to be said now."""
+        due = self.motion is not None and now_ns >= self._next_feedback_ns
+        if due:
+            self._next_feedback_ns = now_ns + FEEDBACK_NS
+        return due
+
+    def tick(self, seen: Seen) -> Decision:
+        """What is to be done now."""
+        orders = Orders()
+        if self.motion is not None and self.motion.cancelling:
+            self._cancel(seen, self.motion, orders)
+        elif self.active:
+            self._supervise(seen, self.motion, orders)
+        return orders.decision()
+
+    # ------------------------------------------------------------------ plans
+    def begun(self, interval: Interval) -> None:
+        """The planner is on the motion of ``interval.start``."""
+        self.holding = False
+        if self.motion is not None:
+            self.motion.started = True
+        self.intervals.started(interval.handover_ns)
+        self.intervals.begun(interval.handover_ns)
+
+    def judge(self, plan: ReadyPlan, now_ns: int) -> Verdict:
+        """What becomes of a plan that is ready."""
+        if not self._concerns_us(plan.number):
+            return Verdict.FORGET
+        late = self.intervals.is_late(now_ns, plan.handover_ns, plan.due_ns)
+        if late:
+            self._missed(self.motion)
+        # While stopping: it was made for a robot that moves on.
+        return Verdict.DROP if late or self.scale == 0.0 else Verdict.PUBLISH
+
+    def published(self, plan: ReadyPlan, now_ns: int) -> Report:
+        """A plan was sent: what the status says of it."""
+        self.intervals.published(now_ns)
+        motion = self.motion
+        if motion is None:
+            self.stage = Stage.HOLDING
+        else:
+            motion.replans += 1
+            motion.costs = dict(plan.costs)
+            self.stage = Stage.WAITING if plan.waits else Stage.MOVING
+        self.reason = plan.reason
+        return self._report(motion)
+
+    def failed(self, number: int, text: str) -> Decision:
+        """A replan for a motion failed."""
+        if not self._concerns_us(number):
+            return Decision()
+        self.intervals.failed(text)
+        self._missed(self.motion)
+        return Decision(faults=(("replan", f"a replan failed: {text}"),))
+
+    def _concerns_us(self, number: int) -> bool:
+        motion = self.motion
+        if motion is None:
+            return self.holding
+        return motion.number == number and motion.started and not motion.cancelling
+
+    def _missed(self, motion: Motion | None, intervals: int = 1) -> None:
+        self.intervals.misses += intervals
+        if motion is not None:
+            motion.misses += intervals
+
+    # ------------------------------------------------------------------ a tick
+    def _supervise(self, seen: Seen, motion: Motion | None, orders: Orders) -> None:
+        now_ns = seen.now_ns
+        trouble = problem(seen.heard, self._limits, now_ns) or self._stop.unrest(
+            seen.heard.controller
+        )
+        # Whether a replan that never came back began before the motion did makes no difference.
+        due = self.scale != 0.0 and (seen.busy or motion is None or motion.started)
+        overdue = "" if trouble else self.intervals.lateness(now_ns, due=due)
+        if trouble or overdue:
+            self._pause(seen, motion, trouble or overdue, orders)
+            if not overdue or not self.active:
+                return
+            # Tried again while the robot stops and stands: the first success lets it go on.
+        else:
+            self._go_on(now_ns, motion)
+            if motion is not None:
+                motion.min_separation = min(motion.min_separation, seen.separation)
+                if self._has_ended(seen, motion, orders):
+                    return
+        if not seen.busy and self.intervals.is_due(now_ns):
+            orders.interval = self._next_interval(seen, self.motion, orders)
+
+    def _go_on(self, now_ns: int, motion: Motion | None) -> None:
+        """There is nothing to stop for: full speed."""
+        self._stop.over()
+        if self.scale == 0.0:
+            self.reason = ""
+            self._next_heartbeat_ns = now_ns
+            self.intervals.resume(now_ns)
+            if motion is not None:
+                motion.lost_since_ns = None
+        self.scale = 1.0
+
+    def _pause(self, seen: Seen, motion: Motion | None, why: str, orders: Orders) -> None:
+        """Bring the robot to rest on its path until the cause is gone."""
+        now_ns = seen.now_ns
+        if self.scale != 0.0 or self.stage != Stage.STOPPING:
+            self.scale = 0.0
+            # At once, not with the next beat: every millisecond of the stop counts.
+            self._next_heartbeat_ns = now_ns
+            self.stage, self.reason = Stage.STOPPING, why
+            orders.faults.append(("paused", why))
+            self._next_pause_ns = now_ns
+        if now_ns >= self._next_pause_ns:
+            # Again and again: the cause may change while the robot stands.
+            self._next_pause_ns = now_ns + FEEDBACK_NS
+            self.reason = why
+            orders.reports.append(self._report(motion))
+        heartbeat = self._rules.heartbeat
+        if self._stop.is_due(now_ns, seen.heard.controller, heartbeat=heartbeat):
+            self._stop.tell(now_ns, why)
+            orders.drop = True
+        if motion is None:
+            return
+        motion.over_since_ns = None
+        if motion.lost_since_ns is None:
+            motion.lost_since_ns = now_ns
+        if (now_ns - motion.lost_since_ns) / NANO > self._rules.lost_timeout_s:
+            self._halt(orders)
+            lost = not self.intervals.overdue or problem(seen.heard, self._limits, now_ns)
+            outcome = Outcome.LOST_INPUT if lost else Outcome.FAILED
+            self._end(motion, outcome, f"stopped: {why}", now_ns, orders)
+
+    def _cancel(self, seen: Seen, motion: Motion, orders: Orders) -> None:
+        """Stop, and end the motion once the robot is seen at rest."""
+        now_ns = seen.now_ns
+        if motion.cancelled_ns is None:
+            motion.cancelled_ns = now_ns
+            self._stop.tell(now_ns, "cancelled: the robot comes to rest")
+            self._halt(orders)
+            self.stage, self.reason = Stage.STOPPING, "cancelled"
+            orders.reports.append(self._report(motion))
+        elif self._stop.is_due_again(now_ns):
+            self._stop.tell(now_ns, "cancelled: the robot comes to rest")
+            self._halt(orders)
+        controller = seen.heard.controller
+        idle = controller is None or not controller.active
+        unseen = joints_problem(seen.heard, self._limits, now_ns)
+        if not unseen and idle and seen.speed < self._rules.rest_speed:
+            self._stop.over()
+            self._end(motion, Outcome.CANCELLED, "cancelled; the robot stands", now_ns, orders)
+        elif (now_ns - motion.cancelled_ns) / NANO > self._rules.lost_timeout_s:
+            why = unseen or "it still moves"
+            text = f"cancelled, but the robot was not seen to come to rest: {why}"
+            self._end(motion, Outcome.LOST_INPUT, text, now_ns, orders)
+
+    def _has_ended(self, seen: Seen, motion: Motion, orders: Orders) -> bool:
+        found = motion.verdict(seen, self._rules, self.reason)
+        if found is None:
+            return False
+        outcome, reason = found
+        if outcome == Outcome.REACHED:
+            self.holding = True
+        else:
+            self._halt(orders)
+        self._end(motion, outcome, reason, seen.now_ns, orders)
+        return True
+
+    def _next_interval(self, seen: Seen, motion: Motion | None, orders: Orders) -> Interval | None:
+        begin_ns, missed = self.intervals.next(seen.now_ns)
+        if missed and self.scale != 0.0 and (motion is None or motion.started):
+            self._missed(motion, missed)
+        handover_ns = begin_ns + self._rules.interval_ns
+        if motion is None or motion.started:
+            self.intervals.begun(handover_ns)
+            number = self._count if motion is None else motion.number
+            return Interval(begin_ns, handover_ns, number)
+        if not self._may_begin(seen, motion, orders):
+            return None
+        return Interval(begin_ns, handover_ns, motion.number, motion.goal)
+
+    def _may_begin(self, seen: Seen, motion: Motion, orders: Orders) -> bool:
+        """Whether the robot stands or is on a plan of ours.
+
+        Otherwise it is coming to rest after a stop, and nobody knows where it will be at the
+        hand-over; what somebody else made it do is stopped.
+        """
+        controller = seen.heard.controller
+        if controller is None or not controller.active or seen.on_plan:
+            return True
+        if seen.now_ns - motion.accepted_ns > SETTLE_NS:
+            self._halt(orders)
+            self.intervals.postpone(seen.now_ns + SETTLE_NS)
+        return False
+
+    def _halt(self, orders: Orders) -> None:
+        """Stop, and hold nothing."""
+        orders.drop = True
+        self.holding = False
+
+    def _end(
+        self, motion: Motion, outcome: Outcome, reason: str, now_ns: int, orders: Orders
+    ) -> None:
+        """End a motion, once."""
+        if motion.ended:
+            return
+        orders.endings.append(motion.end(outcome, reason, now_ns))
+        if self.motion is motion:
+            self.motion = None
+            self.stage = Stage.HOLDING if self.holding else Stage.IDLE
+            self.reason = reason
+            orders.reports.append(self._report(motion))
+
+    def _report(self, motion: Motion | None) -> Report:
+        if motion is None:
+            return Report(self.stage, self.reason, self.scale, self._count)
+        target = None if motion.goal is None else motion.goal.target
+        return Report(
+            self.stage,
+            self.reason,
+            self.scale,
+            motion.number,
+            motion.replans,
+            motion.misses,
+            target,
+        )
