@@ -9,21 +9,25 @@ from motions import (
     assert_finite,
     finish,
     goal_at,
+    joints,
     largest_reference_step,
     newest_speed,
     run_into_motion,
     start_reach,
     tool_error,
 )
+from tampering import STILL, Bystander
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from hri_planner.robot.model import load_robot
+from hri_prediction.geometry.segments import capsule_distances
 from hri_prediction.ros.messages import PlannerStatus, ReachTarget
 from hri_prediction.ros.qos import reliable
 from hri_sim.scenario.schema import Scenario
-from hri_sim.testing import Graph, reach
+from hri_sim.testing import Graph, node_factory, reach
 
 Result = ReachTarget.Result
+ARM_RADII = np.array([0.05, 0.04, 0.05])
 COMMAND = "joint_trajectory_controller/joint_trajectory"
 
 
@@ -108,6 +112,33 @@ def test_into_something_that_the_planner_does_not_know(
     assert "held up" in result.reason
     assert "given no table" not in result.reason
     assert np.abs(newest_speed(graph)).max() < 0.05
+
+
+@pytest.mark.parametrize("keypoint", [1, 2])
+def test_a_goal_inside_a_person(make_graph: Callable[..., Graph], keypoint: int) -> None:
+    """Elbow or wrist of an arm that is held still: the robot stays clear, gives up, and says why."""
+    graph = make_graph(
+        sensors=[node_factory(Bystander, STILL)], parameters={"ptomp": {"max_duration": 2.5}}
+    )
+    graph.run(0.5)
+    result = finish(graph, graph.reach(goal_at(STILL[keypoint])), 4.0)
+    assert result.outcome == Result.BLOCKED
+    assert "gave up" in result.reason
+    assert "person" in result.reason
+    assert result.min_separation > 0.0
+    graph.run(0.3)
+    robot, arm = load_robot(), np.stack((STILL[:-1], STILL[1:]), axis=1)
+    clearance = min(
+        capsule_distances(robot.robot_capsules(q), robot.capsule_radii, arm, ARM_RADII).min()
+        for q in joints(graph)[1]
+    )
+    assert clearance > 0.0
+    assert np.abs(newest_speed(graph)).max() < 1e-3
+    newest = graph.messages("/ptomp/status")[-1]
+    assert newest.stage == PlannerStatus.IDLE
+    assert newest.reason == result.reason
+    assert any(m.stage == PlannerStatus.WAITING for m in graph.messages("/ptomp/status"))
+    print(f"{result.reason}; never nearer than {clearance * 100:.1f} cm")
 
 
 def test_goal_in_the_robot_s_own_frame(quiet: Graph, scenario: Scenario) -> None:

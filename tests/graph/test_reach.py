@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
+import pytest
 from motions import (
     PREDICTION,
     assert_finite,
@@ -69,6 +70,39 @@ def test_a_reach_arrives_clear_of_the_person(graph: Graph, scenario: Scenario) -
     print(
         f"arrived after {arrived - begin:.2f} s, {result.goal_error * 1e3:.2f} mm off, least true "
         f"clearance {clearance * 100:.1f} cm, jump {jump:.1e} rad, {len(predictions)} predictions"
+    )
+
+
+def test_the_status_says_how_hard_the_situation_is(graph: Graph, scenario: Scenario) -> None:
+    graph.run(0.5)
+    finish(graph, start_reach(graph, scenario))
+    told = graph.messages("/ptomp/status")
+    plans = [m for m in told if m.costs]
+    assert len(plans) > 20
+    for message in plans:
+        costs = dict(zip(message.cost_names, message.costs, strict=True))
+        assert message.collision_cost == costs["collision"]
+        if message.first_contact < 0.0:
+            assert message.time_to_collision == scenario.reaches[0].duration
+        else:
+            due_s = (to_ns(message.handover) - to_ns(message.header.stamp)) * 1e-9
+            assert message.time_to_collision == pytest.approx(message.first_contact + due_s)
+    # While the person reaches, predictions are unsure, and off by some centimetres.
+    unsure = [m.prediction_uncertainty for m in told]
+    off = [m.prediction_error for m in told]
+    assert 0.002 < max(unsure) < 0.5
+    assert 0.002 < max(off) < 0.3
+    # By hand: of the newest prediction before the last plan.
+    last = plans[-1]
+    before = [
+        m for m in graph.messages(PREDICTION) if to_ns(m.header.stamp) == to_ns(last.newest_sample)
+    ]
+    covariance = np.array(before[-1].covariance).reshape(-1, 3, 3)
+    largest = np.linalg.eigvalsh(covariance)[:, -1]
+    assert last.prediction_uncertainty == pytest.approx(np.sqrt(largest).mean())
+    print(
+        f"uncertainty {min(unsure):.3f} to {max(unsure):.3f} m, error to {max(off):.3f} m, "
+        f"shortest time to collision {min(m.time_to_collision for m in plans):.2f} s"
     )
 
 

@@ -117,12 +117,12 @@ class Overloaded(PtompNode):
 
     dropped = 25
 
-    def _publish(self, now_ns: int, plan: Any, cycle: Any) -> None:
+    def _publish(self, now_ns: int, plan: Any, cycle: Any, due_ns: int) -> None:
         if self.dropped:
             self.dropped -= 1
             self.replanning.planner.restore(cycle.before)
             return
-        super()._publish(now_ns, plan, cycle)
+        super()._publish(now_ns, plan, cycle, due_ns)
 
 
 def test_a_first_plan_that_comes_late_begins_where_the_robot_is(

@@ -184,14 +184,15 @@ def test_every_interval_without_a_plan_counts_once() -> None:
         (-10, -10, Verdict.DROP),
         (20, 0, Verdict.PUBLISH),
         (20, -1, Verdict.DROP),  # the robot, slowed before, has passed where it begins
+        (20, None, Verdict.DROP),  # the robot is on another path
     ],
 )
 def test_a_plan_that_begins_in_the_past_is_dropped(
-    early_ms: int, due_ms: int, verdict: Verdict
+    early_ms: int, due_ms: int | None, verdict: Verdict
 ) -> None:
     run = moving()
     handover_ns = run.now_ns + early_ms * MS
-    plan = ReadyPlan(1, handover_ns, run.now_ns + due_ms * MS)
+    plan = ReadyPlan(1, handover_ns, None if due_ms is None else run.now_ns + due_ms * MS)
     misses = run.supervisor.intervals.misses
     assert run.supervisor.judge(plan, run.now_ns) == verdict
     assert run.supervisor.intervals.misses - misses == (verdict == Verdict.DROP)

@@ -178,6 +178,66 @@ def test_a_far_first_point_is_joined_no_faster_than_the_arm_can(due_s):
     np.testing.assert_allclose(run.controller.q_ref, END, atol=1e-9)
 
 
+def replan(old, late_s, turn):
+    """The rest of a trajectory from a time on, with what turns it another way."""
+    later = old.time_s >= late_s - 1e-9
+    t = old.time_s[later] - late_s
+    x = np.clip(t / 0.8, 0.0, 1.0)[:, None]
+    turned = [turn * p for p in (x**3 * (10 - 15 * x + 6 * x * x), 30 / 0.8 * (x * (1 - x)) ** 2)]
+    turned.append(turn * 60 / 0.64 * x * (1 - x) * (1 - 2 * x))
+    return JointTrajectory(
+        old.stamp_ns + round(late_s * 1e9),
+        NAMES,
+        t,
+        old.positions[later] + turned[0],
+        old.velocities[later] + turned[1],
+        old.accelerations[later] + turned[2],
+    )
+
+
+@pytest.mark.parametrize(("turn", "refused"), [(0.3, True), (0.02, False)])
+def test_a_plan_that_comes_too_late_is_refused_when_the_robot_has_gone_elsewhere(turn, refused):
+    run = Run(max_lateness=0.1)
+    old = min_jerk(START, END, count=151)
+    run.controller.accept(old)
+    run.go(0.5 + 0.09)
+    late = replan(old, 0.5, turn)
+    if refused:
+        with pytest.raises(DataError, match=r"began 0\.089 s ago, 0\.00\d+ rad off"):
+            run.controller.accept(late)
+        assert run.controller.stamp_ns == old.stamp_ns
+    else:
+        run.controller.accept(late)
+        assert run.controller.stamp_ns == late.stamp_ns
+    assert run.controller.late_refusals == refused
+    assert run.controller.handover_jump_position <= 1e-3
+    # In time, the same plan is taken without a trace: also as the next one, after a refusal.
+    again = replan(old, 0.6, turn)
+    if refused:
+        run.controller.accept(again)
+        assert run.controller.handover_jump_position < 1e-9
+    run.go(1.5)
+    np.testing.assert_allclose(run.controller.q_ref, END + turn, atol=1e-9)
+    run.assert_continuous()
+
+
+@pytest.mark.parametrize("late_s", [0.015, 0.025])
+def test_a_trajectory_that_is_much_too_late_is_refused_at_rest_too(late_s):
+    run = Run()
+    run.go(0.1)
+    late = min_jerk(START, END, stamp_ns=run.now - round(late_s * 1e9))
+    if late_s > ControllerConfig().max_lateness:
+        with pytest.raises(DataError, match=r"began 0\.025 s ago"):
+            run.controller.accept(late)
+        assert run.controller.late_refusals == 1
+        assert run.controller.state == "idle"
+    else:
+        run.controller.accept(late)
+        assert run.controller.handover_jump_position < 1e-4
+    run.go(0.1)
+    run.assert_continuous()
+
+
 def test_jump_is_reset_when_a_motion_begins():
     run = Run()
     run.controller.accept(min_jerk(START, END))
@@ -401,7 +461,12 @@ def test_clock_must_not_go_back_and_config_is_checked():
 @given(seed=st.integers(0, 2**32 - 1), kind=st.sampled_from(["quintic", "cubic", "linear"]))
 def test_references_keep_limits_and_continuity_under_any_commands(seed, kind):
     rng = np.random.default_rng(seed)
-    run = Run(q=rng.uniform(0.9 * ROBOT.lower, 0.9 * ROBOT.upper), command_timeout=0.1)
+    run = Run(
+        q=rng.uniform(0.9 * ROBOT.lower, 0.9 * ROBOT.upper),
+        command_timeout=0.1,
+        max_lateness=0.1,
+        late_tolerance=float(rng.choice([0.001, 3.2])),
+    )
     for _ in range(6):
         begin = run.controller.q_ref + rng.normal(0.0, 0.02, 7)
         end = rng.uniform(ROBOT.lower, ROBOT.upper)
@@ -416,7 +481,7 @@ def test_references_keep_limits_and_continuity_under_any_commands(seed, kind):
         try:
             run.controller.accept(trajectory, needs_replan=bool(rng.integers(2)))
         except DataError as error:
-            assert "blend" in str(error)  # noqa: PT017
+            assert "blend" in str(error) or "off the present" in str(error)  # noqa: PT017
         run.heartbeat = None if rng.random() < 0.2 else float(rng.random())
         run.go(rng.uniform(0.05, 0.3))
     q, qd = np.array(run.q), np.array(run.qd)

@@ -23,6 +23,8 @@ from visualization_msgs.msg import MarkerArray
 from hri_planner.nodes.ptomp_config import PtompNodeConfig
 from hri_planner.nodes.replanning import Cycle, Failed, Replanning
 from hri_planner.ptomp.config import PtompConfig, load_default_config
+from hri_planner.ptomp.result import ReplanResult
+from hri_planner.ptomp.situation import situation
 from hri_planner.robot.model import load_robot
 from hri_planner.ros.action import TickedActionServer
 from hri_planner.ros.bodies import Bodies
@@ -55,7 +57,7 @@ from hri_prediction.ros.messages import ControllerState, IdsList, PlannerStatus,
 from hri_prediction.ros.node import OK, WARN, HriNode, run_node
 from hri_prediction.ros.parameters import declare_config
 from hri_prediction.ros.qos import LATCHED, SENSOR, reliable
-from hri_prediction.ros.time import to_ns
+from hri_prediction.ros.time import NANO, to_ns
 
 TICK_S = 0.004
 MARKERS_NS = 100_000_000
@@ -255,7 +257,7 @@ class PtompNode(HriNode):
         plan = ReadyPlan(
             made.interval.number,
             handover_ns,
-            self._handover.due_ns(handover_ns, made.joint),
+            self._handover.due_ns(handover_ns, made.joint, result.plan.q[0]),
             waits=result.stage == "waiting",
             reason=result.reason,
             costs=result.cost_terms,
@@ -265,21 +267,22 @@ class PtompNode(HriNode):
             return
         self._compute_ms.append(made.compute_s * 1e3)
         self._late_ms.append((now_ns - handover_ns) / 1e6)
-        if verdict == Verdict.DROP:
+        if verdict == Verdict.DROP or plan.due_ns is None:
             self.replanning.planner.restore(made.before)
             return
         self._last = made
-        self._publish(now_ns, plan, made)
+        self._publish(now_ns, plan, made, plan.due_ns)
 
-    def _publish(self, now_ns: int, plan: ReadyPlan, cycle: Cycle) -> None:
+    def _publish(self, now_ns: int, plan: ReadyPlan, cycle: Cycle, due_ns: int) -> None:
         joints = cycle.result.plan
-        self._handover.sent(plan.due_ns, cycle.before, cycle.result)
-        self._trajectory.publish(trajectory_message(joints, self._robot.joint_names, plan.due_ns))
-        status = self._status_of(now_ns, self._supervisor.published(plan, now_ns))
+        self._handover.sent(due_ns, cycle.before, cycle.result)
+        self._trajectory.publish(trajectory_message(joints, self._robot.joint_names, due_ns))
+        report = self._supervisor.published(plan, now_ns)
+        status = self._status_of(now_ns, report, cycle.result, (due_ns - now_ns) / NANO)
         describe_plan(
             status,
             cycle.result,
-            due_ns=plan.due_ns,
+            due_ns=due_ns,
             due_s=self._handover.plan_time_s(plan.handover_ns),
             newest_sample_ns=cycle.newest_sample_ns,
         )
@@ -288,13 +291,28 @@ class PtompNode(HriNode):
             self._next_markers_ns = now_ns + MARKERS_NS
             self._markers.publish(plan_markers(joints, self._robot, now_ns))
 
-    def _status_of(self, now_ns: int, report: Report) -> PlannerStatus:
+    def _status_of(
+        self,
+        now_ns: int,
+        report: Report,
+        result: ReplanResult | None = None,
+        start_in_s: float = 0.0,
+    ) -> PlannerStatus:
+        inputs, motion = self._inputs, self._supervisor.motion
+        goal = None if motion is None else motion.goal
         return status_message(
             now_ns,
             report,
-            clearance=self._inputs.separation(self._robot),
+            situation=situation(
+                inputs.uncertainties,
+                inputs.errors,
+                inputs.separation(self._robot),
+                self._config.default_duration if goal is None else goal.duration_s,
+                result,
+                start_in_s,
+            ),
             distance=0.0 if report.target is None else self._distance(report.target),
-            reference=self._inputs.reference,
+            reference=inputs.reference,
         )
 
     def health(self) -> tuple[bytes, str, dict[str, Any]]:
@@ -304,6 +322,8 @@ class PtompNode(HriNode):
             "plans": intervals.plans,
             "deadline_misses": intervals.misses,
             "failed_replans": intervals.failures,
+            "plans_off_path": self._handover.off_path,
+            "plans_not_followed": self._handover.not_followed,
         }
         figures |= percentile_figures("compute_ms", self._compute_ms)
         figures |= percentile_figures("lateness_ms", self._late_ms)

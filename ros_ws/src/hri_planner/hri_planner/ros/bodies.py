@@ -30,7 +30,7 @@ class Bodies:
         """
         for body_id in [known for known in self._topics if known not in message.ids]:
             self._node.ignore(self._topics.pop(body_id))
-            self._inputs.predictions.pop(body_id, None)
+            self._inputs.forget_body(body_id)
         for body_id in message.ids:
             if body_id in self._topics:
                 continue
@@ -44,11 +44,7 @@ class Bodies:
         self._inputs.tracked = tuple(message.ids)
 
     def _on_prediction(self, message: HumanPrediction) -> None:
-        if message.state != HumanPrediction.INVALID:
-            try:
-                # Checked on arrival, so that a bad message is named and never reaches the optimiser.
-                Inputs.check(message, self._inputs.radii)
-            except DataError as error:
-                self._node.fault("prediction", str(error))
-                return
-        self._inputs.predictions[message.body_id] = message
+        try:
+            self._inputs.take_prediction(message)
+        except DataError as error:
+            self._node.fault("prediction", str(error))

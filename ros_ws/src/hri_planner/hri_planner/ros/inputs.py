@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hri_planner.ptomp.forecast import HumanForecast
+from hri_planner.ptomp.situation import WRIST, PredictionError, uncertainty
 from hri_planner.robot.model import RobotModel
 from hri_planner.ros.conversions import forecast_from_message, reference_from_message
 from hri_planner.supervision.freshness import Controller, Heard, HeardPrediction
@@ -39,6 +40,8 @@ class Inputs:
     joints_ns: int | None = None
     q: FloatArray = field(default_factory=lambda: np.zeros(7))
     qd: FloatArray = field(default_factory=lambda: np.zeros(7))
+    _uncertainty: dict[str, float] = field(default_factory=dict)
+    _error: dict[str, PredictionError] = field(default_factory=dict)
 
     def take_reference(self, message: ControllerState, joint_names: tuple[str, ...]) -> None:
         """Take what the controller says; what cannot be used leaves the one before, which grows old.
@@ -76,14 +79,44 @@ class Inputs:
 
     def forget(self) -> None:
         """Drop what the robot and the predictor said, because its stamps mean nothing any more."""
-        self.predictions.clear()
+        for body_id in list(self.predictions):
+            self.forget_body(body_id)
         self.reference, self.reference_fault = None, ""
         self.joints_ns = None
 
-    @staticmethod
-    def check(message: HumanPrediction, radii: FloatArray) -> None:
-        """Raise DataError when a prediction cannot be used."""
-        forecast_from_message(message, 0, radii)
+    def take_prediction(self, message: HumanPrediction) -> None:
+        """Take what is predicted of a body.
+
+        Checked here, so that a bad message is named and never reaches the optimiser.
+
+        Raises:
+            DataError: when it cannot be used; the one before stays, and grows old.
+        """
+        body_id = message.body_id
+        if message.state == HumanPrediction.INVALID:
+            self.forget_body(body_id)
+        else:
+            forecast = forecast_from_message(message, 0, self.radii)
+            self._uncertainty[body_id] = uncertainty(forecast)
+            error = self._error.setdefault(body_id, PredictionError())
+            wrist = np.asarray(forecast.mean, dtype=float)[:, WRIST]
+            error.observe(forecast.time0_s, np.asarray(message.times, dtype=float), wrist)
+        self.predictions[body_id] = message
+
+    def forget_body(self, body_id: str) -> None:
+        """Drop what is known of a body."""
+        for known in (self.predictions, self._uncertainty, self._error):
+            known.pop(body_id, None)
+
+    @property
+    def uncertainties(self) -> list[float]:
+        """Of the prediction of each arm that is in use [m]."""
+        return list(self._uncertainty.values())
+
+    @property
+    def errors(self) -> list[float]:
+        """Of the predictions of each arm that is in use [m]."""
+        return [error.rms for error in self._error.values()]
 
     def _used(self) -> list[HumanPrediction]:
         found = (self.predictions.get(body_id) for body_id in self.tracked or ())

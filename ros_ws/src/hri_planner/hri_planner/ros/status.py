@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from std_msgs.msg import Header
 
 from hri_planner.ptomp.result import ReplanResult
+from hri_planner.ptomp.situation import Situation
 from hri_planner.ros.inputs import NOBODY
 from hri_planner.supervision.decision import Ending, Report
 from hri_prediction.ros.conversions import WORLD
@@ -18,7 +19,7 @@ def status_message(
     now_ns: int,
     report: Report,
     *,
-    clearance: float,
+    situation: Situation,
     distance: float,
     reference: ControllerState | None,
 ) -> PlannerStatus:
@@ -27,7 +28,7 @@ def status_message(
     Args:
         now_ns: Its stamp [ns].
         report: What there is to say.
-        clearance: Surface distance robot-person now [m].
+        situation: How hard it is.
         distance: Of the tool to the goal [m]; 0 without one.
         reference: What the controller said last.
     """
@@ -38,12 +39,16 @@ def status_message(
         motion=report.number,
         replan=report.replans,
         deadline_misses=report.misses,
-        clearance=clearance,
+        clearance=min(situation.distance, NOBODY),
         distance_to_goal=distance,
         speed_scale=report.speed_scale,
         handover_jump=0.0 if reference is None else reference.max_handover_jump,
         predicted_clearance=NOBODY,
         first_contact=-1.0,
+        prediction_uncertainty=situation.uncertainty,
+        prediction_error=situation.error,
+        time_to_collision=situation.time_to_collision,
+        collision_cost=situation.collision_cost,
     )
 
 

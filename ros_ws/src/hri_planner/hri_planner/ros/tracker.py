@@ -14,6 +14,8 @@ from hri_prediction.ros.time import NANO, to_ns
 
 LEAD_IN_S = 0.3
 """How much of the plan before is kept in front of a plan [s]."""
+MAX_LATENESS_NS = 20_000_000
+"""A controller that has not taken a plan so long after its first point was due never will [ns]."""
 _SAME_RAD = 1e-6
 _SAME_NS = 1000  # stamps of one trajectory agree to rounding
 
@@ -44,7 +46,7 @@ class Progress:
         plan_time_s: Time of that plan at the hand-over, on the plan clock [s].
         rate: Rate at which it is followed, 0...1.
         newest: Whether it is the plan that was sent last.
-        refused: Whether the plan that was sent last is due, but not followed: refused or lost.
+        refused: Whether the plan that was sent last is long due, but not followed: refused or lost.
     """
 
     published: Published
@@ -61,8 +63,22 @@ class PlanTracker:
         self._published: deque[Published] = deque(maxlen=8)
 
     def clear(self) -> None:
-        """Forget all, as a new motion or a stop asks for."""
+        """Forget all, as a stop asks for."""
         self._published.clear()
+
+    def rebase(self, seconds: float, snapshot: PlannerSnapshot) -> None:
+        """Go over to a plan clock that shows so much less, as a new motion begins in flight.
+
+        Args:
+            seconds: Difference of the clocks [s].
+            snapshot: What the planner goes on from, should it have to return to one of these plans.
+        """
+        moved = [
+            Published(p.due_ns, p.start_s - seconds, p.plan.shifted(-seconds), snapshot)
+            for p in self._published
+        ]
+        self._published.clear()
+        self._published.extend(moved)
 
     def add(self, published: Published) -> None:
         """Note a plan that is being sent."""
@@ -127,5 +143,5 @@ class PlanTracker:
             plan_time_s=said_s + ahead / NANO,
             rate=rate,
             newest=newest,
-            refused=not newest and said_ns > self._published[-1].due_ns,
+            refused=not newest and said_ns > self._published[-1].due_ns + MAX_LATENESS_NS,
         )

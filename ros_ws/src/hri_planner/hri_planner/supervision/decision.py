@@ -184,7 +184,7 @@ class ReadyPlan:
     Attributes:
         number: Motion that it was made for.
         handover_ns: When it takes effect [ns].
-        due_ns: When the controller will be where it begins [ns].
+        due_ns: When the controller will be where it begins [ns]; none: it will not.
         waits: Whether it stays off the goal, as there is no safe way now.
         reason: What it says of itself.
         costs: By name.
@@ -192,7 +192,7 @@ class ReadyPlan:
 
     number: int
     handover_ns: int
-    due_ns: int
+    due_ns: int | None
     waits: bool = False
     reason: str = ""
     costs: Mapping[str, float] = field(default_factory=dict)

@@ -85,16 +85,16 @@ class Intervals:
         """A motion begins at that hand-over, from which on plans are due."""
         self._last_plan_ns = handover_ns
 
-    def is_late(self, now_ns: int, handover_ns: int, due_ns: int) -> bool:
-        """Whether a plan comes too late; if not, replanning works (again).
+    def is_late(self, now_ns: int, handover_ns: int, due_ns: int | None) -> bool:
+        """Whether a plan comes too late to be followed; if not, replanning works (again).
 
         Args:
             now_ns: The time [ns].
             handover_ns: The hand-over that it was made for [ns].
-            due_ns: When the controller is where it begins [ns]; in the past, following it is a jump.
+            due_ns: When the controller is where it begins [ns]; in the past, or never, it is a jump.
         """
         self.plans += 1
-        late = now_ns > handover_ns - self._transport_ns or due_ns < now_ns
+        late = now_ns > handover_ns - self._transport_ns or due_ns is None or due_ns < now_ns
         if not late:
             self.overdue, self.failure = False, ""
         return late

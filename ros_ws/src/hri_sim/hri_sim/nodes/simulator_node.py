@@ -282,6 +282,7 @@ class SimulatorNode(HriNode):
             "controller": controller.state,
             "realtime_factor_alone": f"{PERIOD_S / busy:.1f}" if busy else "",
             "trajectories_refused": self._rejected,
+            "trajectories_refused_as_late": controller.late_refusals,
             "clock_slips": self._slips,
         }
         contacts = self._simulation.contacts()[0]

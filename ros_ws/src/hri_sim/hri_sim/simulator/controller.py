@@ -5,9 +5,11 @@ from the state last asked for to that point by a Hermite blend; then it follows 
 the points (linear without velocities, cubic with them, quintic with accelerations too) and holds
 the last one. Trajectory time runs slower than the clock by the speed scale of the stop chain.
 
-Where it is kinder than the original: a trajectory whose first point is due already, or too soon for
-how far away it is, is joined later by a blend instead of a step; speed limits slow the path instead
-of breaking it; positions outside the limits are refused; a stop is a ramp along the path.
+Where it is kinder than the original: a trajectory whose first point is too soon for how far away it
+is, is joined later by a blend instead of a step; speed limits slow the path instead of breaking it;
+positions outside the limits are refused; a stop is a ramp along the path. A trajectory that comes too
+late is not made up for but refused, and the motion before goes on: when its first point is long past
+(``max_lateness``), or the robot has gone another way since (``late_tolerance``).
 """
 
 from __future__ import annotations
@@ -65,7 +67,15 @@ class ControllerConfig(StopChainConfig):
         high=1000.0,
     )
     max_lateness: float = parameter(
-        0.1, "Oldest first point that is still joined; later ones are refused", unit="s", low=0.0
+        0.02, "Oldest first point that is still joined; later ones are refused", unit="s", low=0.0
+    )
+    late_tolerance: float = parameter(
+        0.001,
+        "How far off the present motion a trajectory may be that began in the past; one that is "
+        "farther is refused",
+        unit="rad",
+        low=0.0,
+        high=3.2,
     )
 
 
@@ -85,6 +95,7 @@ class TrajectoryController:
             the time of the new plan's first point - first point|, since the motion began [rad].
         last_jump_position: The step of the last hand-over alone [rad].
         handover_jump_velocity: The same of the velocities [rad/s].
+        late_refusals: Trajectories that were refused because they came too late, since the reset.
         stamp_ns: Stamp of the active (or last) trajectory [ns]; 0 before the first.
     """
 
@@ -112,6 +123,7 @@ class TrajectoryController:
         self.rejection = ""
         self.handover_jump_position = self.last_jump_position = 0.0
         self.handover_jump_velocity = 0.0
+        self.late_refusals = 0
         self.stamp_ns = 0
         self._now_ns = now_ns
         self.hold(q)
@@ -259,9 +271,17 @@ class TrajectoryController:
                 expected="an end in the future",
             )
         if now - first > self.config.max_lateness:
+            self.late_refusals += 1
             raise DataError(
                 f"trajectory began {now - first:.3f} s ago",
                 expected=f"a first point at most {self.config.max_lateness} s late",
+            )
+        jump = self._step_to(path, max(first, now), max(first - now, 0.0))
+        if self._path is not None and now > first and jump[0] > self.config.late_tolerance:
+            self.late_refusals += 1
+            raise DataError(
+                f"trajectory began {now - first:.3f} s ago, {jump[0]:.4f} rad off the present motion",
+                expected=f"at most {self.config.late_tolerance} rad, or a first point in the future",
             )
         old = self._path_state.copy()  # the path's own velocity, not the scaled one
         if self._standing:
@@ -269,7 +289,7 @@ class TrajectoryController:
         join = max(first, now + self._bridging_time(path, now))
         knots, coefficients = _joined(path, now, old, join)
         check_limits(coefficients[:1], knots[:2], self._robot, "the blend to the trajectory")
-        self._measure_handover(path, max(first, now), max(first - now, 0.0))
+        self._note_handover(jump)
         self._path = SplinePath(stamp, knots, coefficients, path.smooth)
         self._clock[0] = now
         self._clock[2] = 0.0
@@ -292,24 +312,32 @@ class TrajectoryController:
             1.5 * float(gap[1].max()) / strongest,
         )
 
-    def _measure_handover(self, path: SplinePath, new_time: float, ahead: float) -> None:
+    def _step_to(self, path: SplinePath, new_time: float, ahead: float) -> FloatArray:
+        """Largest steps of position [rad] and velocity [rad/s] (2,) to a path at one of its times.
+
+        Args:
+            path: The path to come.
+            new_time: Time on it at which the two are compared [s].
+            ahead: How much later than now that is [s].
+        """
+        new = path.at(new_time)
         if self._path is None or self._standing:
-            self._clock[1] = self.chain.scale
             # From rest: the plan must begin where the robot stands.
-            jump = float(np.abs(self._path_state[0] - path.at(new_time)[0]).max())
-            if self._path is None:
-                self.handover_jump_position = self.handover_jump_velocity = 0.0
-            self.last_jump_position = jump
-            self.handover_jump_position = max(self.handover_jump_position, jump)
-            return
-        rate = float(self._clock[1])
+            return np.array([np.abs(self._path_state[0] - new[0]).max(), 0.0])
         # Until then both paths advance at the same rate, so by equal amounts of path time.
         old = self._path.at(float(self._clock[0]) + ahead)
-        new = path.at(new_time)
-        jump = np.abs(old[:2] - new[:2]).max(axis=1)
+        jump: FloatArray = np.abs(old[:2] - new[:2]).max(axis=1)
+        return jump
+
+    def _note_handover(self, jump: FloatArray) -> None:
+        if self._path is None:
+            self.handover_jump_position = self.handover_jump_velocity = 0.0
+        if self._path is None or self._standing:
+            self._clock[1] = self.chain.scale
         self.last_jump_position = float(jump[0])
         self.handover_jump_position = max(self.handover_jump_position, float(jump[0]))
-        self.handover_jump_velocity = max(self.handover_jump_velocity, rate * float(jump[1]))
+        moved = float(self._clock[1]) * float(jump[1])
+        self.handover_jump_velocity = max(self.handover_jump_velocity, moved)
 
 
 def _joined(
