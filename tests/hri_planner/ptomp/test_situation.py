@@ -96,7 +96,9 @@ def test_old_errors_are_forgotten():
     where = np.zeros((len(OFFSETS), 3))
     for k in range(200):
         if k == 50:
-            where = where + np.array([0.1, 0.0, 0.0])  # a jump: off for as long as predictions look ahead
+            where = where + np.array(
+                [0.1, 0.0, 0.0]
+            )  # a jump: off for as long as predictions look ahead
         error.observe(0.02 * k, OFFSETS, where)
         if k in (55, 99):
             assert error.rms > 0.0

@@ -19,7 +19,7 @@ FloatArray = NDArray[np.float64]
 
 CONTROLLER_STEP_NS = 4_000_000
 """Step of the trajectory controller [ns]."""
-OFF_PATH_RAD = 1e-3
+OFF_PATH_RAD = 5e-4
 """A plan that begins farther than this from where the robot will be is not sent [rad]."""
 _SAME = 1e-6
 """Angles [rad] and speeds [rad/s] of one state agree to this."""

@@ -70,7 +70,7 @@ class ControllerConfig(StopChainConfig):
         0.02, "Oldest first point that is still joined; later ones are refused", unit="s", low=0.0
     )
     late_tolerance: float = parameter(
-        0.001,
+        0.0005,
         "How far off the present motion a trajectory may be that began in the past; one that is "
         "farther is refused",
         unit="rad",
