@@ -221,6 +221,32 @@ def test_a_plan_that_comes_too_late_is_refused_when_the_robot_has_gone_elsewhere
     run.assert_continuous()
 
 
+@pytest.mark.parametrize(("off_s", "refused"), [(0.0005, False), (0.02, True)])
+def test_a_plan_that_was_timed_for_another_speed_is_refused_while_slowed(off_s, refused):
+    """Its first point is on the present path, but the robot will not be there in time."""
+    run = Run(heartbeat=0.5)
+    old = min_jerk(START, END, count=151)
+    run.controller.accept(old)
+    run.go(0.7)
+    position = run.controller.time_in_trajectory
+    late_s = np.ceil((position + 0.02) * 100) / 100
+    plan = replan(old, late_s, 0.0)
+    due_ns = run.now + round((late_s - position + off_s) * 1e9)
+    timed = JointTrajectory(
+        due_ns, NAMES, plan.time_s, plan.positions, plan.velocities, plan.accelerations
+    )
+    if refused:
+        with pytest.raises(DataError, match="comes while slowed"):
+            run.controller.accept(timed)
+    else:
+        run.controller.accept(timed)
+    assert run.controller.late_refusals == refused
+    assert run.controller.handover_jump_position <= 2e-3
+    run.go(3.0)
+    np.testing.assert_allclose(run.controller.q_ref, END, atol=1e-9)
+    run.assert_continuous()
+
+
 @pytest.mark.parametrize("late_s", [0.015, 0.025])
 def test_a_trajectory_that_is_much_too_late_is_refused_at_rest_too(late_s):
     run = Run()
@@ -465,7 +491,7 @@ def test_references_keep_limits_and_continuity_under_any_commands(seed, kind):
         q=rng.uniform(0.9 * ROBOT.lower, 0.9 * ROBOT.upper),
         command_timeout=0.1,
         max_lateness=0.1,
-        late_tolerance=float(rng.choice([0.0005, 3.2])),
+        handover_tolerance=float(rng.choice([0.002, 3.2])),
     )
     for _ in range(6):
         begin = run.controller.q_ref + rng.normal(0.0, 0.02, 7)

@@ -9,7 +9,8 @@ Where it is kinder than the original: a trajectory whose first point is too soon
 is, is joined later by a blend instead of a step; speed limits slow the path instead of breaking it;
 positions outside the limits are refused; a stop is a ramp along the path. A trajectory that comes too
 late is not made up for but refused, and the motion before goes on: when its first point is long past
-(``max_lateness``), or the robot has gone another way since (``late_tolerance``).
+(``max_lateness``), or it is past, or was timed for another speed than that to which the robot has been
+slowed, and the robot is elsewhere (``handover_tolerance``).
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ from hri_sim.simulator.trajectory import JointTrajectory, SplinePath, check, che
 FloatArray = NDArray[np.float64]
 
 IDLE, TRACKING, STOPPING = "idle", "tracking", "stopping"
+_FULL = 0.999  # a rate below is that of a motion that is slowed
 
 
 @dataclass(frozen=True)
@@ -69,10 +71,10 @@ class ControllerConfig(StopChainConfig):
     max_lateness: float = parameter(
         0.02, "Oldest first point that is still joined; later ones are refused", unit="s", low=0.0
     )
-    late_tolerance: float = parameter(
-        0.0005,
-        "How far off the present motion a trajectory may be that began in the past; one that is "
-        "farther is refused",
+    handover_tolerance: float = parameter(
+        0.002,
+        "How far off the present motion a trajectory may be that began in the past, or comes while "
+        "the motion is slowed; one that is farther is refused",
         unit="rad",
         low=0.0,
         high=3.2,
@@ -95,7 +97,7 @@ class TrajectoryController:
             the time of the new plan's first point - first point|, since the motion began [rad].
         last_jump_position: The step of the last hand-over alone [rad].
         handover_jump_velocity: The same of the velocities [rad/s].
-        late_refusals: Trajectories that were refused because they came too late, since the reset.
+        late_refusals: Trajectories that were refused because their time was over, since the reset.
         stamp_ns: Stamp of the active (or last) trajectory [ns]; 0 before the first.
     """
 
@@ -277,11 +279,13 @@ class TrajectoryController:
                 expected=f"a first point at most {self.config.max_lateness} s late",
             )
         jump = self._step_to(path, max(first, now), max(first - now, 0.0))
-        if self._path is not None and now > first and jump[0] > self.config.late_tolerance:
+        untimely = now > first or self._clock[1] < _FULL
+        if self._path is not None and untimely and jump[0] > self.config.handover_tolerance:
             self.late_refusals += 1
+            when = f"began {now - first:.3f} s ago" if now > first else "comes while slowed"
             raise DataError(
-                f"trajectory began {now - first:.3f} s ago, {jump[0]:.4f} rad off the present motion",
-                expected=f"at most {self.config.late_tolerance} rad, or a first point in the future",
+                f"trajectory {when}, {jump[0]:.4f} rad off the present motion",
+                expected=f"at most {self.config.handover_tolerance} rad off",
             )
         old = self._path_state.copy()  # the path's own velocity, not the scaled one
         if self._standing:
