@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -48,8 +46,9 @@ class Planner:
         self.told.append("follow")
         self.plan = plan
 
-    def resync(self, *_: Any) -> None:
+    def resync(self, q: np.ndarray, qd: np.ndarray, time_s: float) -> None:
         self.told.append("resync")
+        self.plan = JointPlan(np.array([time_s]), q[None], qd[None], np.zeros((1, 7)))
 
 
 class Scene:
@@ -186,7 +185,7 @@ def test_the_first_plan_of_a_new_motion_is_lost(scene: Scene) -> None:
     scene.says(begin_ns, T0, 0.0)  # dropped as late: nothing was sent
     handover_ns = begin_ns + 36 * MS
     joint = scene.handover.align(handover_ns)
-    assert scene.planner.told == ["follow"]
+    assert scene.planner.told == ["resync"]
     begin = scene.begin_at(handover_ns)
     np.testing.assert_allclose(begin, START + SPEED * 0.172, atol=1e-9)
     assert scene.handover.due_ns(handover_ns, joint, begin) == handover_ns

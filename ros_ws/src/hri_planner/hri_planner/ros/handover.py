@@ -74,7 +74,6 @@ class Handover:
         self._now_ns = now_ns
         self._sent = PlanTracker()
         self.origin_ns = 0
-        self._sent_any = False
         self.not_followed = self.off_path = 0
         self._missing: Published | None = None
 
@@ -83,8 +82,7 @@ class Handover:
 
         The controller may be on a plan of the motion before, and stays there if the next is lost.
         """
-        self._sent.rebase(self.plan_time_s(origin_ns), self._planner.snapshot())
-        self._sent_any = False
+        self._sent.rebase(self.plan_time_s(origin_ns))
         self.origin_ns = origin_ns
 
     def forget(self) -> None:
@@ -132,14 +130,19 @@ class Handover:
             return None
         joint = Joint(progress.published, progress.plan_time_s)
         lag_s = self.plan_time_s(handover_ns) - progress.plan_time_s
-        if progress.refused:
-            if self._sent.newest is not self._missing:
-                self.not_followed += 1
-                self._missing = self._sent.newest
-            self._planner.restore(progress.published.snapshot)
-        elif not progress.newest:
+        if not progress.newest and not progress.refused:
             return None
-        elif self._sent_any and progress.rate > 0.999 and lag_s < 1e-6:
+        if progress.refused and self._sent.newest is not self._missing:
+            self.not_followed += 1
+            self._missing = self._sent.newest
+        if progress.published.earlier:
+            # Nothing of this motion has got through yet: it begins anew from where the robot will be.
+            q, qd, _ = progress.published.plan.sample(progress.plan_time_s)
+            self._planner.resync(q, qd, self.plan_time_s(handover_ns))
+            return joint
+        if progress.refused:
+            self._planner.restore(progress.published.snapshot)
+        elif progress.rate > 0.999 and lag_s < 1e-6:
             return joint  # as planned
         self._planner.follow(progress.published.plan.shifted(lag_s))
         return joint
@@ -183,7 +186,6 @@ class Handover:
         path = self._sent.with_lead_in(before.plan, result.plan)
         snapshot = self._planner.snapshot()
         self._sent.add(Published(due_ns, result.plan.start_s, path, snapshot))
-        self._sent_any = True
 
     def _progress(self, handover_ns: int) -> Progress | None:
         arrival_ns = handover_ns - self._interval_ns + self._arrival_ns

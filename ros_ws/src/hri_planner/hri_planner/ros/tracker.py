@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -29,12 +29,14 @@ class Published:
         start_s: Plan time of its first point [s].
         plan: The plan, with what the robot was on before it.
         snapshot: The planner's state with it.
+        earlier: Whether it was sent for an earlier motion.
     """
 
     due_ns: int
     start_s: float
     plan: JointPlan
     snapshot: PlannerSnapshot
+    earlier: bool = False
 
 
 @dataclass(frozen=True)
@@ -66,15 +68,10 @@ class PlanTracker:
         """Forget all, as a stop asks for."""
         self._published.clear()
 
-    def rebase(self, seconds: float, snapshot: PlannerSnapshot) -> None:
-        """Go over to a plan clock that shows so much less, as a new motion begins in flight.
-
-        Args:
-            seconds: Difference of the clocks [s].
-            snapshot: What the planner goes on from, should it have to return to one of these plans.
-        """
+    def rebase(self, seconds: float) -> None:
+        """Go over to a plan clock that shows so much less [s], as a new motion begins in flight."""
         moved = [
-            Published(p.due_ns, p.start_s - seconds, p.plan.shifted(-seconds), snapshot)
+            replace(p, start_s=p.start_s - seconds, plan=p.plan.shifted(-seconds), earlier=True)
             for p in self._published
         ]
         self._published.clear()
