@@ -30,6 +30,7 @@ from hri_prediction.tracks.boundaries import match_boundaries, pooled
 from hri_prediction.tracks.files import load_tracks
 from hri_prediction.tracks.labels import onset_labels, segment_labels, whole_movements
 from hri_prediction.tracks.segmentation import SegmentationConfig, find_reaches
+from hri_sim.evaluation.bars import bar_lines
 from hri_sim.evaluation.evaluate import AUTO, SIMULATED, Job, available_cores, run_job
 from hri_sim.people.population import FAMILIES
 
@@ -39,9 +40,6 @@ RUNS = "pickplace_dfki_qualisys/runs.npz"
 OBSERVED = (0.1, 0.2, 0.3, 0.35, 0.4, 0.5, 0.6, 0.7, 0.8)
 MIN_DEMONSTRATIONS = 3
 """Unlabelled movements that were seen fewer times make no task, as in reproduce_replay.py."""
-END_BARS_M = {f"adl_{WITHIN}": 0.041, f"adl_{LEAVE_ONE_OUT}": 0.047}
-"""What a plain ProMP reaches that is told the duration: not to be worse than that."""
-REGION_BARS = {"coverage50": (0.42, 0.58), "coverage95": (0.90, 0.98)}
 PLOTS = ("error.png", "calibration.png")
 EXAMPLE_PLOT = "tubes.png"
 BETTER = "Better than ours (`…_told_duration` and `…_told_task` know what ours must find out):"
@@ -122,26 +120,6 @@ def check_segmentation(
     return found
 
 
-def bar_rows(results: Mapping[str, Mapping[str, Any]]) -> list[str]:
-    """Lines of the table of what is wanted and what was measured, on real reaches."""
-    lines = []
-    for name, bar in END_BARS_M.items():
-        if name not in results:
-            continue
-        ours = results[name]["predictors"][OURS]
-        end = ours["endpoint_error_m"]["median"]
-        protocol = results[name]["protocol"]
-        lines.append(
-            f"| {protocol}: median end-point error [mm] | {1e3 * end:.0f} | ≤ {1e3 * bar:.0f} |"
-        )
-        for key, (low, high) in REGION_BARS.items():
-            lines.append(
-                f"| {protocol}: points within the {key.removeprefix('coverage')} % region "
-                f"| {100.0 * ours[key]:.0f} % | {100.0 * low:.0f}–{100.0 * high:.0f} % |"
-            )
-    return lines
-
-
 def _section(name: str, results: Mapping[str, Any]) -> list[str]:
     protocol = results["protocol"]
     key = name.removesuffix("_" + protocol)
@@ -194,16 +172,7 @@ def report(content: Mapping[str, Any]) -> str:
         origin_line(content["origin"]),
         "",
     ]
-    bars = bar_rows(results)
-    if bars:
-        lines += [
-            "Seated reaches after 30 %:",
-            "",
-            "| what | measured | wanted |",
-            "| --- | --- | --- |",
-            *bars,
-            "",
-        ]
+    lines += bar_lines(results)
     lines += ["What each predictor is told:", "", knowledge_list(knows)]
     for name, found in results.items():
         lines += _section(name, found)
