@@ -49,6 +49,7 @@ _TITLES = {
     "matched": "Simulated people",
     "other_lengths": "Simulated people with shorter or longer arms",
     "via_points": "Simulated people who reach in two overlapping movements",
+    "changed_mind": "Simulated people who change to another target on the way",
     "minimum_jerk": "Simulated people who move along plain minimum-jerk lines",
 }
 
