@@ -14,7 +14,7 @@ import typer
 from rich.console import Console
 
 from hri_prediction.errors import ConfigError
-from hri_prediction.evaluation.folds import LEAVE_ONE_OUT, OURS, WITHIN
+from hri_prediction.evaluation.folds import LEAVE_ONE_OUT, NEW_TASK, OURS, WITHIN
 from hri_prediction.evaluation.report import (
     BOUNDARY_HEAD,
     belief_words,
@@ -32,6 +32,7 @@ from hri_prediction.tracks.labels import onset_labels, segment_labels, whole_mov
 from hri_prediction.tracks.segmentation import SegmentationConfig, find_reaches
 from hri_sim.evaluation.bars import bar_lines
 from hri_sim.evaluation.evaluate import AUTO, SIMULATED, Job, available_cores, run_job
+from hri_sim.evaluation.unknown_targets import unknown_target_lines
 from hri_sim.people.population import FAMILIES
 
 DATA_VARIABLE = "HRI_DATA_DIR"
@@ -79,11 +80,13 @@ def jobs(folder: Path | None, seed: int, smoke: bool) -> tuple[dict[str, Job], l
         if reason:
             skipped.append(f"{_TITLES[name]}: {reason}")
             continue
-        for protocol in (WITHIN, LEAVE_ONE_OUT):
+        # Pick and place has no names of tasks, by which one could be left out.
+        for protocol in (WITHIN, LEAVE_ONE_OUT, *((NEW_TASK,) if name == "adl" else ())):
             chosen[f"{name}_{protocol}"] = replace(
                 simulated, data=str(folder and folder / file), protocol=protocol, config=settings
             )
     chosen[f"matched_{WITHIN}"] = simulated
+    chosen[f"matched_{NEW_TASK}"] = replace(simulated, protocol=NEW_TASK)
     for family in FAMILIES:
         chosen[f"{family}_{LEAVE_ONE_OUT}"] = replace(
             simulated, people=family, protocol=LEAVE_ONE_OUT
@@ -128,6 +131,7 @@ def _section(name: str, results: Mapping[str, Any]) -> list[str]:
         WITHIN: "learnt from the same person's other recordings",
         LEAVE_ONE_OUT: "learnt from other people"
         + ("" if key in ("adl", "dfki", "matched") else ", all of them matched"),
+        NEW_TASK: "learnt from other people's reaches to other targets",
     }[protocol]
     share = f"{100.0 * results['observed']:g} %"
     better = winners(results, OURS)
@@ -175,6 +179,7 @@ def report(content: Mapping[str, Any]) -> str:
     ]
     lines += bar_lines(results)
     lines += ["What each predictor is told:", "", knowledge_list(knows)]
+    lines += unknown_target_lines(_TITLES, results)
     for name, found in results.items():
         lines += _section(name, found)
     if content["segmentation"]:
