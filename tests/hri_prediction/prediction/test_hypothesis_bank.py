@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 from hri_prediction.prediction.bank import (
-    UNKNOWN,
     HypothesisBank,
     bank_prior,
     position_moments,
-    unknown_task,
 )
 from hri_prediction.prediction.config import PredictorConfig
+from hri_prediction.prediction.unknown import UNKNOWN, unknown_task
 from hri_prediction.promp.model import ProMP
 from hri_prediction.tracks.bell import from_rest_to_rest
 
@@ -100,7 +99,7 @@ def test_mixture_moments_are_those_of_its_parts(library, config):
     assert np.linalg.eigvalsh(covariance).min() > 0.0
 
 
-def test_belief_can_switch(library, config):
+def test_belief_in_a_task_is_lost_when_the_hand_is_elsewhere(library, config):
     first, second = library.tasks
     bank = HypothesisBank(bank_prior(library.tasks, config), config)
     feed(bank, first, 1.0, 0.5)

@@ -7,6 +7,7 @@ import numpy as np
 from hri_prediction.prediction.bank import HypothesisBank, bank_prior
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.library import DIMS, TaskModel
+from hri_prediction.prediction.reaim import ReaimBank
 from hri_prediction.promp.basis import PhaseBasis
 from hri_prediction.promp.filtering import WeightFilter
 from hri_prediction.promp.model import ProMP
@@ -34,3 +35,7 @@ def warm_kernels() -> None:
     )
     bank.observe(0.1, np.zeros(DIMS), np.ones(DIMS, dtype=bool))
     bank.moments(0.1, 0.1, 2)
+    reaim = ReaimBank(bank.prior.aims, 0.1, 0.01, 0.01)
+    for time in (0.0, 0.1, 0.2):
+        reaim.observe(time, np.zeros(DIMS), np.ones(DIMS, dtype=bool), 0.0)
+    reaim.moments(reaim.shares()[1], 0.2, 0.1, 2)
