@@ -278,7 +278,7 @@ class ReachPredictor:
             times_s=self._times.copy(),
             mean=full,
             covariance=spread,
-            onset_ns=self._left_rest_ns() if moving else self._newest,
+            onset_ns=self._left_rest_ns() if moving else 0,
             duration_mean_s=duration[0],
             duration_std_s=duration[1],
             task_names=names,
