@@ -3,9 +3,22 @@
 A library that does not fit its person (other movements, pauses, another pace) makes regions too narrow.
 Of every prediction some horizons are kept until their time has come; the factor on the covariance then
 rises by ``rate * 0.95`` (in its logarithm) when the wrist was outside of the 95 % region, and falls by
-``rate * 0.05`` when it was inside, so that in the long run 95 % are inside whatever the movements are
-(adaptive conformal inference: Gibbs and Candès, "Adaptive conformal inference under distribution shift",
-NeurIPS 2021). It never falls below one: a few good reaches do not show that regions may be narrower.
+``rate * 0.05`` when it was inside (adaptive conformal inference: Gibbs and Candès, "Adaptive conformal
+inference under distribution shift", NeurIPS 2021). So in the long run 95 % of what is compared is inside,
+whatever the movements are, where these hold:
+
+* The factor stays within its bounds. It never falls below one, since a few good reaches do not show that
+  regions may be narrower (those of a model that is too careful hold more than 95 %), and never rises
+  above ``largest``: errors ten times the claimed ones at its default of 100.
+* The person stays, and reaches for some seconds: a new one begins at one.
+* There is a library, and a reach has been noticed. Nothing else is compared or widened.
+* Errors change slowly. What came of a horizon is known only when it is over, 1 s later for the longest.
+
+The position now is not widened, and horizons beyond the longest share its factor. The wrist decides; the
+elbow's covariance takes the wrist's factor.
+
+Many predictions wait at the same time, but they cannot drive the factor too far together: each is held
+against the factor of when its time comes, so that there is no further rise once that is large enough.
 """
 
 from __future__ import annotations
