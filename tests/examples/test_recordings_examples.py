@@ -12,7 +12,9 @@ from hri_prediction.tracks.files import CSV_COLUMNS, SCHEMA, load_tracks, save_t
 from hri_prediction.tracks.track import ArmTrack
 
 TEXT = (Path(__file__).resolve().parents[2] / "docs" / "recordings.md").read_text()
-(PYTHON,) = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
+(PYTHON,) = (
+    block for block in re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL) if "np.savez" in block
+)
 (CSV,) = re.findall(r"```csv\n(.*?)```", TEXT, re.DOTALL)
 
 

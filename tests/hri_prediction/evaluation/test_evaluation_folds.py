@@ -10,6 +10,7 @@ from hri_prediction.errors import DataError
 from hri_prediction.evaluation import run
 from hri_prediction.evaluation.folds import (
     LEAVE_ONE_OUT,
+    NEW_TASK,
     OURS,
     WITHIN,
     Learnt,
@@ -54,6 +55,37 @@ def test_leaving_a_subject_out_leaves_all_of_it_out(recordings):
         known = training(recordings, test, LEAVE_ONE_OUT)
         assert len(known) == 6
         assert recordings[test].track.subject not in {r.track.subject for r in known}
+
+
+def test_leaving_a_task_out_leaves_it_out_of_everybody(recordings):
+    folds, skipped = make_folds(recordings, NEW_TASK)
+    assert [len(fold.tests) for fold in folds] == [3, 3, 3, 3]
+    assert skipped == []
+    for fold in folds:
+        known = [training(recordings, test, NEW_TASK) for test in fold.tests]
+        assert all(len(found) == 3 for found in known)
+        own = recordings[fold.tests[0]].track
+        assert {r.track.task for found in known for r in found}.isdisjoint({own.task})
+        assert {r.track.subject for found in known for r in found}.isdisjoint({own.subject})
+        # A fold learns once: all of its recordings must learn from the same ones.
+        assert all(found == known[0] for found in known)
+
+
+def test_a_left_out_task_is_in_no_library_and_told_to_nobody(recordings):
+    settings = settings_for(NEW_TASK, references=False)
+    assert not [name for name in settings.predictors if name.endswith("_told_task")]
+    fold = make_folds(recordings, NEW_TASK)[0][0]
+    cells = evaluate_fold(recordings, fold, settings)
+    assert np.isfinite(cells["belief/0.6"][:, 0]).all()
+    assert np.isnan(cells["belief/0.6"][:, 1]).all()
+
+
+def test_without_names_no_task_can_be_left_out(recordings):
+    nameless = [
+        dataclasses.replace(r, track=dataclasses.replace(r.track, task="")) for r in recordings
+    ]
+    with pytest.raises(DataError, match="two tasks"):
+        make_folds(nameless, NEW_TASK)
 
 
 def test_the_other_side_and_those_who_do_not_teach_are_not_learnt_from(recordings):

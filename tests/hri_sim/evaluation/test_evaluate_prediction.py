@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from hri_prediction.errors import ConfigError, DataError
-from hri_prediction.evaluation.folds import LEAVE_ONE_OUT, WITHIN
+from hri_prediction.evaluation.folds import LEAVE_ONE_OUT, NEW_TASK, WITHIN
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.tracks.files import save_tracks
 from hri_sim.evaluation import evaluate, reproduce
+from hri_sim.evaluation.unknown_targets import unknown_target_lines
 from hri_sim.people.population import FAMILIES, population
 
 
@@ -124,15 +125,19 @@ def test_ctrl_c_says_that_it_can_go_on(tmp_path, monkeypatch, capsys):
 def test_what_is_reproduced(tmp_path, monkeypatch):
     jobs, skipped = reproduce.jobs(None, 0, smoke=False)
     assert {job.people for job in jobs.values()} == set(FAMILIES)
-    assert len(jobs) == len(FAMILIES) + 1
+    assert len(jobs) == len(FAMILIES) + 2
     assert len(skipped) == 2
     assert all("HRI_DATA_DIR" in line for line in skipped)
     for file in (reproduce.ADL, reproduce.RUNS):
         (tmp_path / file).parent.mkdir()
         (tmp_path / file).write_bytes(b"")
     jobs, skipped = reproduce.jobs(tmp_path, 0, smoke=False)
-    assert (len(jobs), skipped) == (len(FAMILIES) + 5, [])
+    assert (len(jobs), skipped) == (len(FAMILIES) + 7, [])
     assert jobs[f"adl_{LEAVE_ONE_OUT}"].protocol == LEAVE_ONE_OUT
+    assert {name for name, job in jobs.items() if job.protocol == NEW_TASK} == {
+        f"adl_{NEW_TASK}",
+        f"matched_{NEW_TASK}",
+    }
     assert jobs[f"dfki_{WITHIN}"].config.min_demonstrations == 3
     monkeypatch.setenv("HRI_DATA_DIR", str(tmp_path / "none"))
     with pytest.raises(ConfigError, match="HRI_DATA_DIR"):
@@ -141,40 +146,51 @@ def test_what_is_reproduced(tmp_path, monkeypatch):
 
 def test_the_report_of_everything(tmp_path, monkeypatch):
     monkeypatch.delenv("HRI_DATA_DIR", raising=False)
-    monkeypatch.setattr(reproduce, "OBSERVED", (0.3, 0.6))
+    monkeypatch.setattr(reproduce, "OBSERVED", (0.3, 0.35))
     monkeypatch.setattr(reproduce, "FAMILIES", ("minimum_jerk",))
     every = reproduce.jobs
     monkeypatch.setattr(
         reproduce,
         "jobs",
-        lambda *a: ({k: v for k, v in every(*a)[0].items() if LEAVE_ONE_OUT in k}, every(*a)[1]),
+        lambda *a: (
+            {k: v for k, v in every(*a)[0].items() if k in (name, f"matched_{NEW_TASK}")},
+            every(*a)[1],
+        ),
     )
+    name = f"minimum_jerk_{LEAVE_ONE_OUT}"
     out, runs = tmp_path / "results", tmp_path / "runs"
     arguments = ("--out", out, "--runs", runs, "--smoke", "--workers", "1")
     assert run_main(monkeypatch, reproduce, *arguments) == 0
     content = json.loads((out / "prediction.json").read_text())
-    name = f"minimum_jerk_{LEAVE_ONE_OUT}"
-    assert list(content["evaluations"]) == [name]
+    assert list(content["evaluations"]) == [f"matched_{NEW_TASK}", name]
     assert content["segmentation"] == {}
     assert len(content["skipped"]) == 2
     text = (out / "prediction.md").read_text()
     assert "## Simulated people who move along plain minimum-jerk lines" in text
     assert "HRI_DATA_DIR" in text
     plots = [line.split("(")[1].rstrip(")") for line in text.splitlines() if line.startswith("![")]
-    assert len(plots) == 2
+    assert len(plots) == 4
+    assert "| predictor | 30 % seen: end point [mm] |" in text
+    assert "learnt from other people's reaches to other targets" in text
+    assert "simulated, `minimum_jerk`, leave-one-subject-out" in text
     assert all((out / plot).is_file() for plot in plots)
 
 
-def test_bars_are_held_against_the_figures():
-    ours = {"endpoint_error_m": {"median": 0.0387}, "coverage50": 0.531, "coverage95": 0.914}
-    rows = reproduce.bar_rows(
-        {f"adl_{LEAVE_ONE_OUT}": {"protocol": LEAVE_ONE_OUT, "predictors": {"promp": ours}}}
-    )
-    assert rows == [
-        "| leave-one-subject-out: median end-point error [mm] | 39 | ≤ 47 |",
-        "| leave-one-subject-out: points within the 50 % region | 53 % | 42–58 % |",
-        "| leave-one-subject-out: points within the 95 % region | 91 % | 90–98 % |",
-    ]
+def test_reaches_to_unknown_targets_stand_beside_those_to_known_ones():
+    def of(end: float, *names: str) -> dict:
+        figures = {"endpoint_error_m": {"median": end}, "coverage50": 0.4, "coverage95": None}
+        shares = {share: dict.fromkeys(names, figures) for share in ("0.3", "0.5", "0.8")}
+        return {"n": 7, "predictors": shares["0.3"], "by_observed": shares}
+
+    results = {f"adl_{NEW_TASK}": of(0.15, "promp", "minimum_jerk")}
+    titles = {"adl": "Seated", "dfki": "Places"}
+    lines = unknown_target_lines(titles, results)
+    assert lines[4] == "Seated, 7 reaches:"
+    row = "| 40 % | – % | 150 | 40 % | – % |"
+    assert lines[8:10] == [f"| `promp` | 150 {row}", f"| `minimum_jerk` | 150 {row}"]
+    beside = unknown_target_lines(titles, results | {f"adl_{LEAVE_ONE_OUT}": of(0.04, "promp")})
+    assert beside[10] == "| `promp`, target shown | 40 | 40 % | – % | 40 | 40 % | – % |"
+    assert unknown_target_lines(titles, {f"adl_{LEAVE_ONE_OUT}": of(0.04, "promp")}) == []
 
 
 def test_segmentation_is_checked_where_there_are_labels(tmp_path):

@@ -24,7 +24,8 @@ from hri_prediction.warm import warm_kernels
 Array = NDArray[np.float64]
 Arrays = dict[str, Array]
 WITHIN, LEAVE_ONE_OUT = "within", "leave-one-subject-out"
-PROTOCOLS = (WITHIN, LEAVE_ONE_OUT)
+NEW_TASK = "leave-one-task-out"
+PROTOCOLS = (WITHIN, LEAVE_ONE_OUT, NEW_TASK)
 OURS, CONSTANT_VELOCITY = "promp", "constant_velocity"
 TOLD_DURATION, TOLD_TASK = "_told_duration", "_told_task"
 BASELINES: dict[str, Callable[[Sequence[Example]], Baseline]] = {
@@ -60,7 +61,8 @@ class Settings:
             if name == "movement_primitives" and not self.references:
                 continue
             names += [name, name + TOLD_DURATION]
-            if self.group_by == "task":
+            # A task that was left out cannot be learnt from, though it be told.
+            if self.group_by == "task" and self.protocol != NEW_TASK:
                 names.append(name + TOLD_TASK)
         return tuple(names)
 
@@ -89,7 +91,8 @@ def make_folds(recordings: Sequence[Recording], protocol: str) -> tuple[list[Fol
         if not recording.judged:
             continue
         track = recording.track
-        key = (track.subject, track.side if protocol == WITHIN else "")
+        share = {WITHIN: track.side, LEAVE_ONE_OUT: "", NEW_TASK: track.task}[protocol]
+        key = (track.subject, share)
         groups.setdefault(key, []).append(index)
     folds, skipped = [], []
     for number, (key, tests) in enumerate(groups.items()):
@@ -109,9 +112,11 @@ def make_folds(recordings: Sequence[Recording], protocol: str) -> tuple[list[Fol
     if not folds:
         raise DataError(
             f"nothing to evaluate {protocol}" + (f" ({skipped[0]})" if skipped else ""),
-            expected="two recordings of a subject and side"
-            if protocol == WITHIN
-            else "recordings of two subjects",
+            expected={
+                WITHIN: "two recordings of a subject and side",
+                LEAVE_ONE_OUT: "recordings of two subjects",
+                NEW_TASK: "recordings of two subjects and two tasks that they name",
+            }[protocol],
         )
     return folds, skipped
 
@@ -125,7 +130,10 @@ def training(recordings: Sequence[Recording], test: int, protocol: str) -> list[
             for i, r in enumerate(recordings)
             if i != test and (r.track.subject, r.track.side) == (own.subject, own.side)
         ]
-    return [r for r in recordings if r.teaches and r.track.subject != own.subject]
+    others = [r for r in recordings if r.teaches and r.track.subject != own.subject]
+    if protocol == LEAVE_ONE_OUT:
+        return others
+    return [r for r in others if r.track.task != own.task]
 
 
 class Learnt:

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from hri_prediction.compiled import njit
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.library import DIMS, TaskModel
+from hri_prediction.prediction.reaim import Aims, ReaimBank, aims_of
 from hri_prediction.promp.basis import PhaseBasis, basis_row
 from hri_prediction.promp.filtering import kalman_step, support
 from hri_prediction.promp.learning import smooth_covariance
@@ -49,11 +50,11 @@ def update_bank(
     switching: float,
     gain: Array,
     rows: Array,
-) -> int:
+) -> tuple[int, float]:
     """Condition all hypotheses on one observation, in place; weights stay normalised.
 
     Returns:
-        Number of hypotheses that could not be updated.
+        Number of hypotheses that could not be updated, and log density of the observation.
     """
     failed = 0
     count = log_weights.shape[0]
@@ -75,7 +76,7 @@ def update_bank(
         weight = math.exp(log_weights[h] - shift)
         weight = (1.0 - switching) * weight + switching * math.exp(log_prior[h])
         log_weights[h] = math.log(max(weight, 1e-300))
-    return failed
+    return failed, shift
 
 
 @njit
@@ -210,6 +211,7 @@ class BankPrior:
         covariances: (H, n, n).
         noises: (H, 6, 6).
         basis: Common basis.
+        aims: Where a reach may be re-aimed to.
     """
 
     names: tuple[str, ...]
@@ -221,6 +223,7 @@ class BankPrior:
     covariances: Array
     noises: Array
     basis: PhaseBasis
+    aims: Aims
 
     @property
     def lead_s(self) -> float:
@@ -270,6 +273,7 @@ def bank_prior(tasks: tuple[TaskModel, ...], config: PredictorConfig) -> BankPri
         covariances=np.stack([m.promp.covariance for m in models])[index],
         noises=noises[index],
         basis=basis,
+        aims=aims_of(tasks, config.reaim_sd),
     )
 
 
@@ -289,6 +293,7 @@ class HypothesisBank:
         self.log_weights = prior.log_prior.copy()
         self._inverse_durations = 1.0 / prior.durations
         self._centres = prior.basis.centres
+        self._reaim = ReaimBank(prior.aims, config.change_rate, config.noise_sd, config.reaim_sd)
         self._gain = np.zeros((DIMS, prior.means.shape[1]))
         self._rows = np.zeros((1, prior.basis.count))
 
@@ -297,6 +302,7 @@ class HypothesisBank:
         np.copyto(self.means, self.prior.means)
         np.copyto(self.covariances, self.prior.covariances)
         np.copyto(self.log_weights, self.prior.log_prior)
+        self._reaim.restart()
 
     def observe(self, elapsed_s: float, value: Array, seen: NDArray[np.bool_]) -> int:
         """Condition on (elbow, wrist) (6,), relative to the shoulder at onset.
@@ -309,29 +315,30 @@ class HypothesisBank:
         Returns:
             Number of hypotheses that failed numerically (0 in sound use).
         """
-        return int(
-            update_bank(
-                self.means,
-                self.covariances,
-                self.log_weights,
-                self.prior.log_prior,
-                self._inverse_durations,
-                self.prior.noises,
-                elapsed_s,
-                value,
-                seen,
-                self._centres,
-                self.prior.basis.variance,
-                self.config.evidence_weight,
-                self.config.switching,
-                self._gain,
-                self._rows,
-            )
+        failed, evidence = update_bank(
+            self.means,
+            self.covariances,
+            self.log_weights,
+            self.prior.log_prior,
+            self._inverse_durations,
+            self.prior.noises,
+            elapsed_s,
+            value,
+            seen,
+            self._centres,
+            self.prior.basis.variance,
+            self.config.evidence_weight,
+            self.config.switching,
+            self._gain,
+            self._rows,
         )
+        if self.config.change_rate > 0.0:
+            self._reaim.observe(elapsed_s, value, seen, evidence)
+        return int(failed)
 
     @property
     def weights(self) -> Array:
-        """(H,) normalised probabilities of the hypotheses."""
+        """(H,) normalised probabilities of the hypotheses, if the reach goes on as begun."""
         weight = np.exp(self.log_weights - self.log_weights.max())
         normalised: Array = weight / weight.sum()
         return normalised
@@ -339,12 +346,18 @@ class HypothesisBank:
     def task_probabilities(self) -> Array:
         """(tasks,) probabilities in the order of ``prior.names``."""
         count = len(self.prior.names)
-        shares = np.bincount(self.prior.tasks, self.weights, minlength=count)
+        begun, changed = self._reaim.shares()
+        shares = begun * np.bincount(self.prior.tasks, self.weights, minlength=count)
+        shares += np.bincount(self.prior.aims.tasks, changed.sum(axis=0), minlength=count)
         return np.asarray(shares, dtype=float)
 
     def duration(self) -> tuple[float, float]:
         """Posterior mean and standard deviation of the duration from rest to rest, seconds."""
-        weights, durations = self.weights, self.prior.whole_durations
+        begun, changed = self._reaim.shares()
+        durations = np.r_[
+            self.prior.whole_durations, self.prior.lead_s + self._reaim.durations().ravel()
+        ]
+        weights = np.r_[begun * self.weights, changed.ravel()]
         mean = float(weights @ durations)
         square = float(weights @ (durations - mean) ** 2)
         return mean, math.sqrt(max(0.0, square))
@@ -357,23 +370,37 @@ class HypothesisBank:
             shoulder at onset.
         """
         weights = self.weights
+        begun, changed = self._reaim.shares()
         if self.config.output == "likeliest":
             best = int(np.argmax(self.task_probabilities()))
             weights = np.where(self.prior.tasks == best, weights, 0.0)
-        weights[weights < NEGLIGIBLE * weights.max()] = 0.0
-        weights /= weights.sum()
-        mean = np.empty((points, DIMS))
-        covariance = np.empty((points, 2, 3, 3))
-        mix_bank(
-            self.means,
-            self.covariances,
-            weights,
-            self._inverse_durations,
-            elapsed_s,
-            step_s,
-            self._centres,
-            self.prior.basis.variance,
-            mean,
-            covariance,
-        )
+            changed = np.where(self.prior.aims.tasks == best, changed, 0.0)
+        weights = begun * weights
+        least = NEGLIGIBLE * max(float(weights.max()), float(changed.max()))
+        weights[weights < least] = 0.0
+        changed[changed < least] = 0.0
+        total = float(weights.sum() + changed.sum())
+        share = float(weights.sum()) / total
+        mean = np.zeros((points, DIMS))
+        covariance = np.zeros((points, 2, 3, 3))
+        if share > 0.0:
+            mix_bank(
+                self.means,
+                self.covariances,
+                weights / (share * total),
+                self._inverse_durations,
+                elapsed_s,
+                step_s,
+                self._centres,
+                self.prior.basis.variance,
+                mean,
+                covariance,
+            )
+        if share < 1.0:
+            first, second = self._reaim.moments(changed / total, elapsed_s, step_s, points)
+            parts = mean.reshape(points, 2, 3)
+            second += share * (covariance + parts[..., :, None] * parts[..., None, :])
+            mean = share * mean + first
+            parts = mean.reshape(points, 2, 3)
+            covariance = second - parts[..., :, None] * parts[..., None, :]
         return mean.reshape(points, 2, 3), covariance

@@ -82,6 +82,19 @@ class PredictorConfig:
         low=0.0,
         high=0.5,
     )
+    change_rate: float = parameter(
+        0.01,
+        "changes of mind expected a second: how readily a reach is taken to be re-aimed (0: never)",
+        unit="1/s",
+        low=0.0,
+        high=5.0,
+    )
+    reaim_sd: float = parameter(
+        0.05,
+        "spread added to the ends of re-aimed reaches, at first and in each second",
+        unit="m",
+        low=0.0,
+    )
     unknown_probability: float = parameter(
         0.05, "prior probability that a reach is none of the library's tasks", low=1e-6, high=1.0
     )

@@ -16,7 +16,13 @@ from rich.table import Table
 
 from hri_prediction.config import load_yaml
 from hri_prediction.errors import ConfigError
-from hri_prediction.evaluation.folds import LEAVE_ONE_OUT, PROTOCOLS, WITHIN, Settings
+from hri_prediction.evaluation.folds import (
+    LEAVE_ONE_OUT,
+    NEW_TASK,
+    PROTOCOLS,
+    WITHIN,
+    Settings,
+)
 from hri_prediction.evaluation.plots import plot_calibration, plot_errors, plot_tubes
 from hri_prediction.evaluation.recordings import (
     Recording,
@@ -233,7 +239,7 @@ def evaluate_prediction(
         str,
         typer.Option(
             help=f"{WITHIN}: learn from the same person's and side's other recordings; "
-            f"{LEAVE_ONE_OUT}: from the other people's."
+            f"{LEAVE_ONE_OUT}: from the other people's; {NEW_TASK}: from their other tasks."
         ),
     ] = WITHIN,
     observed: Annotated[

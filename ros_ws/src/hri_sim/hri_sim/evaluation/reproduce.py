@@ -14,7 +14,7 @@ import typer
 from rich.console import Console
 
 from hri_prediction.errors import ConfigError
-from hri_prediction.evaluation.folds import LEAVE_ONE_OUT, OURS, WITHIN
+from hri_prediction.evaluation.folds import LEAVE_ONE_OUT, NEW_TASK, OURS, WITHIN
 from hri_prediction.evaluation.report import (
     BOUNDARY_HEAD,
     UNNOTICED,
@@ -32,7 +32,9 @@ from hri_prediction.tracks.boundaries import match_boundaries, pooled
 from hri_prediction.tracks.files import load_tracks
 from hri_prediction.tracks.labels import onset_labels, segment_labels, whole_movements
 from hri_prediction.tracks.segmentation import SegmentationConfig, find_reaches
+from hri_sim.evaluation.bars import bar_lines
 from hri_sim.evaluation.evaluate import AUTO, SIMULATED, Job, available_cores, run_job
+from hri_sim.evaluation.unknown_targets import unknown_target_lines
 from hri_sim.people.population import FAMILIES
 
 DATA_VARIABLE = "HRI_DATA_DIR"
@@ -41,9 +43,6 @@ RUNS = "pickplace_dfki_qualisys/runs.npz"
 OBSERVED = (0.1, 0.2, 0.3, 0.35, 0.4, 0.5, 0.6, 0.7, 0.8)
 MIN_DEMONSTRATIONS = 3
 """Unlabelled movements that were seen fewer times make no task, as in reproduce_replay.py."""
-END_BARS_M = {f"adl_{WITHIN}": 0.041, f"adl_{LEAVE_ONE_OUT}": 0.047}
-"""What a plain ProMP reaches that is told the duration: not to be worse than that."""
-REGION_BARS = {"coverage50": (0.42, 0.58), "coverage95": (0.90, 0.98)}
 PLOTS = ("error.png", "calibration.png")
 EXAMPLE_PLOT = "tubes.png"
 BETTER = "Better than ours (`…_told_duration` and `…_told_task` know what ours must find out):"
@@ -53,6 +52,7 @@ _TITLES = {
     "matched": "Simulated people",
     "other_lengths": "Simulated people with shorter or longer arms",
     "via_points": "Simulated people who reach in two overlapping movements",
+    "changed_mind": "Simulated people who change to another target on the way",
     "minimum_jerk": "Simulated people who move along plain minimum-jerk lines",
 }
 
@@ -82,11 +82,13 @@ def jobs(folder: Path | None, seed: int, smoke: bool) -> tuple[dict[str, Job], l
         if reason:
             skipped.append(f"{_TITLES[name]}: {reason}")
             continue
-        for protocol in (WITHIN, LEAVE_ONE_OUT):
+        # Pick and place has no names of tasks, by which one could be left out.
+        for protocol in (WITHIN, LEAVE_ONE_OUT, *((NEW_TASK,) if name == "adl" else ())):
             chosen[f"{name}_{protocol}"] = replace(
                 simulated, data=str(folder and folder / file), protocol=protocol, config=settings
             )
     chosen[f"matched_{WITHIN}"] = simulated
+    chosen[f"matched_{NEW_TASK}"] = replace(simulated, protocol=NEW_TASK)
     for family in FAMILIES:
         chosen[f"{family}_{LEAVE_ONE_OUT}"] = replace(
             simulated, people=family, protocol=LEAVE_ONE_OUT
@@ -124,26 +126,6 @@ def check_segmentation(
     return found
 
 
-def bar_rows(results: Mapping[str, Mapping[str, Any]]) -> list[str]:
-    """Lines of the table of what is wanted and what was measured, on real reaches."""
-    lines = []
-    for name, bar in END_BARS_M.items():
-        if name not in results:
-            continue
-        ours = results[name]["predictors"][OURS]
-        end = ours["endpoint_error_m"]["median"]
-        protocol = results[name]["protocol"]
-        lines.append(
-            f"| {protocol}: median end-point error [mm] | {1e3 * end:.0f} | ≤ {1e3 * bar:.0f} |"
-        )
-        for key, (low, high) in REGION_BARS.items():
-            lines.append(
-                f"| {protocol}: points within the {key.removeprefix('coverage')} % region "
-                f"| {100.0 * ours[key]:.0f} % | {100.0 * low:.0f}–{100.0 * high:.0f} % |"
-            )
-    return lines
-
-
 def _section(name: str, results: Mapping[str, Any]) -> list[str]:
     protocol = results["protocol"]
     key = name.removesuffix("_" + protocol)
@@ -151,6 +133,7 @@ def _section(name: str, results: Mapping[str, Any]) -> list[str]:
         WITHIN: "learnt from the same person's other recordings",
         LEAVE_ONE_OUT: "learnt from other people"
         + ("" if key in ("adl", "dfki", "matched") else ", all of them matched"),
+        NEW_TASK: "learnt from other people's reaches to other targets",
     }[protocol]
     share = f"{100.0 * results['observed']:g} %"
     better = winners(results, OURS)
@@ -199,17 +182,9 @@ def report(content: Mapping[str, Any]) -> str:
         origin_line(content["origin"]),
         "",
     ]
-    bars = bar_rows(results)
-    if bars:
-        lines += [
-            "Seated reaches after 30 %:",
-            "",
-            "| what | measured | wanted |",
-            "| --- | --- | --- |",
-            *bars,
-            "",
-        ]
+    lines += bar_lines(results)
     lines += ["What each predictor is told:", "", knowledge_list(knows)]
+    lines += unknown_target_lines(_TITLES, results)
     for name, found in results.items():
         lines += _section(name, found)
     if content["segmentation"]:

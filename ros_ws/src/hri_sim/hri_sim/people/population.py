@@ -7,15 +7,18 @@ from them:
 * `other_lengths`: limbs 15 % shorter or longer than anybody's among the matched,
 * `via_points`: two overlapping minimum-jerk movements (Flash & Henis 1991), the first towards a point
   aside of and above the way, so that the path is bent and the speed has two peaks,
+* `changed_mind`: towards one target, and from 30-50 % of that movement on to another one, by which the
+  reach is named (also two superposed movements, Flash & Henis 1991),
 * `minimum_jerk`: the plain straight line, without lift or bow, that people do not follow.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hri_prediction.arm.geometry import FloatArray
 from hri_prediction.errors import ConfigError
@@ -27,7 +30,7 @@ from hri_sim.people.tracking import SAMPLE_PERIOD_NS, TrackingModel
 from hri_sim.people.training import REST_S
 from hri_sim.scenario.schema import PersonSpec
 
-FAMILIES = ("matched", "other_lengths", "via_points", "minimum_jerk")
+FAMILIES = ("matched", "other_lengths", "via_points", "changed_mind", "minimum_jerk")
 TARGETS: dict[str, tuple[float, float, float]] = {
     "near_side": (0.45, 0.32, 0.20),
     "middle": (0.38, 0.15, 0.15),
@@ -37,6 +40,8 @@ TARGETS: dict[str, tuple[float, float, float]] = {
 """Where hands reach to [m], world frame; anybody's arm gets there."""
 DURATIONS_S = (0.8, 1.5)
 """Range of the usual durations [s]."""
+CHANGE = (0.3, 0.5)
+"""When people change their mind, as a share of the movement that they set out on."""
 _START_SCATTER_M = 0.01
 
 HandPath = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
@@ -99,6 +104,57 @@ def _by_way_of(motion: HandMotion, rng: np.random.Generator) -> HandPath:
     return path
 
 
+@dataclass(frozen=True, eq=False)
+class ChangedMind:
+    """A movement that is diverted to another target while it is under way.
+
+    The first movement is carried out to its end; from the change on, a second one from the first target
+    to the second is added to it (Flash & Henis 1991). Both begin and end without velocity and
+    acceleration, so that the sum is twice continuously differentiable.
+
+    Attributes:
+        first: To the target that the hand sets out to.
+        second: From there to the target that it reaches; begins while the first is under way.
+    """
+
+    first: HandMotion
+    second: HandMotion
+
+    @property
+    def duration(self) -> float:
+        """From the onset of the first movement to the end of the last [s]."""
+        return max(self.first.end_s, self.second.end_s) - self.first.start_s
+
+    def sample(self, t_s: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Hand tip (..., 3) [m] and swivel (...) [rad] at times (...) [s]."""
+        tip, swivel = self.first.sample(t_s)
+        more, turn = self.second.sample(t_s)
+        return tip + more - self.second.start, swivel + turn - self.second.swivel[0]
+
+
+def _change_mind(
+    spec: PersonSpec, first: HandMotion, target: str, usual_s: float, rng: np.random.Generator
+) -> ChangedMind:
+    """Divert a movement to a target, on a way that the arm can go."""
+    second = draw_motion(
+        spec.arm,
+        first.end,
+        np.array(TARGETS[target]),
+        start_s=first.start_s + float(rng.uniform(*CHANGE)) * first.duration,
+        duration=usual_s,
+        swivel=(first.swivel[1], spec.swivel),
+        lift=0.0,
+        variability=spec.variability,
+        rng=rng,
+    )
+    for share in (1.0, 0.5, 0.25, 0.0):
+        changed = ChangedMind(replace(first, bow=share * first.bow), second)
+        grid = first.start_s + changed.duration * np.linspace(0.0, 1.0, 41)
+        if spec.arm.can_reach(changed.sample(grid)[0]):
+            break
+    return changed
+
+
 def record_reach(
     spec: PersonSpec, family: str, task: str, trial: int, rng: np.random.Generator
 ) -> SimulatedReach:
@@ -107,30 +163,36 @@ def record_reach(
     Args:
         spec: Who reaches.
         family: How the hand moves, one of `FAMILIES`.
-        task: Key of `TARGETS`.
+        task: Key of `TARGETS`; where the hand arrives.
         trial: Number that the track carries.
         rng: Source of all randomness.
     """
     start = np.array(spec.home) + _START_SCATTER_M * rng.standard_normal(3)
+    usual_s = float(rng.uniform(*DURATIONS_S)) / spec.speed_factor
+    changes = family == "changed_mind"
+    target = str(rng.choice([t for t in TARGETS if t != task])) if changes else task
     motion = draw_motion(
         spec.arm,
         start,
-        np.array(TARGETS[task]),
+        np.array(TARGETS[target]),
         start_s=0.0,
-        duration=float(rng.uniform(*DURATIONS_S)) / spec.speed_factor,
+        duration=usual_s,
         swivel=(spec.swivel, spec.swivel),
         lift=spec.lift,
         variability=spec.variability,
         rng=rng,
     )
     path: HandPath = motion.sample
-    if family == "via_points":
+    duration = motion.duration
+    if changes:
+        changed = _change_mind(spec, motion, task, usual_s, rng)
+        path, duration = changed.sample, changed.duration
+    elif family == "via_points":
         path = _by_way_of(motion, rng)
     elif family == "minimum_jerk":
-        straight = (motion.start, motion.end, np.zeros(3), motion.swivel)
-        path = HandMotion(0.0, motion.duration, *straight).sample
+        path = replace(motion, bow=np.zeros(3)).sample
     rest = round(REST_S * 1e9) // SAMPLE_PERIOD_NS
-    count = 2 * rest + int(motion.duration * 1e9) // SAMPLE_PERIOD_NS + 1
+    count = 2 * rest + int(duration * 1e9) // SAMPLE_PERIOD_NS + 1
     stamps = SAMPLE_PERIOD_NS * (np.arange(count) - rest)
     times: FloatArray = np.asarray(1e-9 * stamps, dtype=float)
     truth = spec.arm.posture(*path(times))
@@ -148,7 +210,7 @@ def record_reach(
         trial=trial,
         source=f"simulated, {family}",
     )
-    return SimulatedReach(track, Reach(0.0, motion.duration))
+    return SimulatedReach(track, Reach(0.0, duration))
 
 
 def population(family: str, people: int, repetitions: int, seed: int) -> list[SimulatedReach]:
