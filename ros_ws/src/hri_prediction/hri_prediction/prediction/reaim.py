@@ -113,9 +113,7 @@ def mix_aims(
                             other += row[a] * means[h, TERMS * e + a]
                             for b in range(TERMS):
                                 square += (
-                                    row[a]
-                                    * covariances[h, TERMS * d + a, TERMS * e + b]
-                                    * row[b]
+                                    row[a] * covariances[h, TERMS * d + a, TERMS * e + b] * row[b]
                                 )
                         second[k, block, i, j] += weights[h] * (square + mean * other)
 
