@@ -77,7 +77,7 @@ def same(found: Prediction, expected: Prediction, shift: int) -> bool:
             (found.times_s, expected.times_s),
             (found.mean, expected.mean),
             (found.covariance, expected.covariance),
-            ((found.onset_ns - expected.onset_ns - shift) * 1e-9, 0.0),
+            (found.onset_ns, expected.onset_ns + shift if expected.onset_ns else 0),
             (found.duration_mean_s, expected.duration_mean_s),
             (found.duration_std_s, expected.duration_std_s),
             (found.task_probabilities, expected.task_probabilities),

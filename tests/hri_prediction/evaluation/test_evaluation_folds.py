@@ -155,6 +155,28 @@ def test_several_cuts_in_one_pass_are_those_of_single_passes(recordings):
     assert together[1].onset_s == pytest.approx(0.05, abs=0.05)
 
 
+def test_a_task_is_found_when_it_is_the_likeliest(recordings):
+    learnt = Learnt(training(recordings, 0, WITHIN), settings_for(WITHIN))
+    track = recordings[0].track
+    cut = replay(learnt.ours, track, [0.3])[0][0]
+    names = cut.prediction.task_names
+
+    def right(probabilities, task):
+        said = dataclasses.replace(cut.prediction, task_probabilities=np.array(probabilities))
+        return dataclasses.replace(cut, prediction=said).belief(1.0, task)[1]
+
+    assert len(names) == 3
+    assert names[2] == "unknown"
+    assert right([0.45, 0.35, 0.2], names[0]) == 1.0  # less than half, and yet the likeliest
+    assert right([0.35, 0.45, 0.2], names[0]) == 0.0
+    assert right([0.3, 0.2, 0.5], names[0]) == 0.0
+    assert np.isnan(right([0.45, 0.35, 0.2], "never seen"))
+    error = cut.belief(1.0, names[0])[0]
+    assert error == pytest.approx(cut.prediction.duration_mean_s - 1.0)
+    rest = replay(learnt.ours, track, [-0.1])[0][0]
+    assert np.isnan(rest.belief(1.0, names[0])).all()
+
+
 def test_a_cut_before_the_first_sample_knows_nothing(recordings):
     learnt = Learnt(training(recordings, 0, WITHIN), settings_for(WITHIN))
     cut = replay(learnt.ours, recordings[0].track, [-1.0])[0][0]

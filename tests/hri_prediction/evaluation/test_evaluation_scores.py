@@ -5,7 +5,12 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from hri_prediction.evaluation.replay import Forecast
-from hri_prediction.evaluation.report import predictor_table, winners
+from hri_prediction.evaluation.report import (
+    belief_words,
+    predictor_table,
+    region_table,
+    winners,
+)
 from hri_prediction.evaluation.scores import coverage, score, spread_of, summarise
 
 
@@ -71,4 +76,37 @@ def test_winners_are_named():
     lines = winners({"predictors": first, "by_observed": {"0.3": first, "0.5": second}}, "ours")
     assert lines == [
         "`good`: smaller median end-point error after 30 %; smaller median error 0.1 s ahead"
+    ]
+
+
+def test_belief_in_words():
+    results = {
+        "observed": 0.3,
+        "duration_error_s": {"0.3": {"median": 0.081}},
+        "task_found": {"0.3": 0.666},
+        "durations_from": "the truth",
+    }
+    assert belief_words(results) == (
+        "; its duration was 81 ms off (median; held against the truth); of all tasks and "
+        '"unknown" the right one was the likeliest in 67 % of them'
+    )
+    assert belief_words({**results, "task_found": {"0.3": None}}).endswith("truth)")
+    nothing = {"duration_error_s": {"0.3": {"median": None}}, "task_found": {"0.3": None}}
+    assert belief_words({**results, **nothing}) == ""
+
+
+def test_regions_over_the_observed_shares():
+    results = {
+        "noticed": {"0.1": 0.05, "0.2": 1.0},
+        "by_observed": {
+            "0.1": {"ours": {"coverage50": 0.1, "coverage95": 0.17}},
+            "0.2": {"ours": {"coverage50": None, "coverage95": 0.9}},
+        },
+    }
+    assert region_table(results, "ours").splitlines() == [
+        "| `ours` after | 10 % | 20 % |",
+        "| --- | --- | --- |",
+        "| reaches noticed | 5 % | 100 % |",
+        "| points within the 50 % region | 10 % | – |",
+        "| points within the 95 % region | 17 % | 90 % |",
     ]

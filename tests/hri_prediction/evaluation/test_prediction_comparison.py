@@ -22,6 +22,7 @@ from hri_prediction.evaluation.comparison import Comparison, compare_bags, predi
 from hri_prediction.evaluation.recordings import Recording
 from hri_prediction.evaluation.replay import replay
 from hri_prediction.prediction import (
+    Prediction,
     PredictorConfig,
     ReachPredictor,
     ReachState,
@@ -109,6 +110,36 @@ def test_a_replay_says_the_same_as_offline(live, source: Path, track: ArmTrack) 
         assert found.invalid >= 2
         assert found.largest == (0.0,) * 4
         assert found.first_s is None
+
+
+def test_only_a_reach_has_an_onset(live) -> None:
+    predictions = recorded_predictions(BagReader(live()))["ann"].predictions
+    assert {p.state for p in predictions} == set(ReachState)
+    for prediction in predictions:
+        assert prediction.task_probabilities.sum() == pytest.approx(1.0)
+        if prediction.state is ReachState.REACHING:
+            assert 0 < prediction.onset_ns < prediction.stamp_ns
+            assert prediction.duration_mean_s > 0.0
+        else:
+            assert prediction.onset_ns == 0
+            assert prediction.duration_mean_s == prediction.duration_std_s == 0.0
+    # What is said while idle are the tasks' shares before any sample.
+    prior = [p.task_probabilities for p in predictions if p.state is not ReachState.REACHING]
+    np.testing.assert_array_equal(prior, np.broadcast_to(prior[0], np.shape(prior)))
+
+
+def test_an_onset_while_idle_gives_it_away(live, source: Path, monkeypatch) -> None:
+    said = ReachPredictor.predict
+
+    def wrong(self: ReachPredictor, now_ns: int | None = None) -> Prediction | None:
+        found = said(self, now_ns)
+        return found and dataclasses.replace(found, onset_ns=found.onset_ns or found.stamp_ns)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(ReachPredictor, "predict", wrong)
+        folder = live()
+    found = compared(folder, source)
+    assert found.different == found.predictions - found.reaching
 
 
 def test_what_the_predictor_did_not_get_gives_it_away(live, source: Path, track: ArmTrack) -> None:

@@ -31,6 +31,38 @@ def test_in_the_long_run_95_percent_are_inside(scale: float) -> None:
     assert 0.94 <= inside[1000:].mean() <= 0.99
 
 
+@pytest.mark.parametrize("together_s", [0.0, 0.3])
+def test_overlapping_predictions_widen_no_further_than_is_needed(together_s: float) -> None:
+    """At 50 Hz and up to 1 s ahead, errors alike for a while: regions as published hold 95 %."""
+    scale = 3.0
+    rng = np.random.default_rng(1)
+    calibration = OnlineCalibration(0.1, 10, 0.05, 100.0)
+    covariance = np.broadcast_to(np.diag([1e-4, 4e-4, 1e-4]), (10, 3, 3))
+    spread = np.sqrt(np.diag(covariance[0]))
+    stays = np.exp(-0.02 / together_s) if together_s else 0.0
+    error = rng.standard_normal(3)
+    squares, factors = [], []
+    for i in range(3000):
+        error = stays * error + np.sqrt(1.0 - stays**2) * rng.standard_normal(3)
+        squares.append(scale**2 * error @ error)
+        calibration.seen(0.02 * i, scale * spread * error)
+        calibration.predicted(0.02 * i, np.zeros((10, 3)), covariance)
+        factors.append(calibration.factors(np.array([0.1, 0.5, 1.0])))
+    published = np.array(factors)
+    for column, ahead in enumerate((5, 25, 50)):
+        inside = np.array(squares[ahead:]) <= published[:-ahead, column] * REGION_95
+        assert 0.93 <= inside[500:].mean() <= 0.98
+        # Not at first either.
+        assert published[:, column].max() < 2.5 * scale**2
+        assert 0.7 < np.median(published[500:, column]) / scale**2 < 1.3
+
+
+def test_more_than_the_largest_factor_is_not_made_up_for() -> None:
+    inside, calibration = run(20.0, 1000)
+    assert calibration.factors(np.array([0.1]))[0] == pytest.approx(100.0)
+    assert inside[500:].mean() < 0.8
+
+
 def test_errors_as_claimed_change_little() -> None:
     _, calibration = run(1.0, 4000)
     assert calibration.factors(np.array([0.1, 0.2, 0.3])).max() < 2.0

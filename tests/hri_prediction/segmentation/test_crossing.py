@@ -46,15 +46,27 @@ def test_noise_moves_it_by_milliseconds():
     assert np.std(errors) < 0.012
 
 
-@pytest.mark.parametrize(
-    "points",
-    [rise(0.0)[:5], np.zeros((TIMES.size, 3)), rise(-10.0)],
-    ids=["too few", "no motion", "never at rest"],
-)
-def test_what_tells_nothing_leaves_the_crossing_where_it_was(points):
-    times = TIMES[: len(points)]
-    near = float(times[-1]) - 0.005 if len(points) < 10 else 0.05
-    assert rise_crossing(times, points, 0.04, near, 0.06) == pytest.approx(near, abs=0.06)
+def test_rest_alone_leaves_the_crossing_where_it_was():
+    still = np.tile([0.4, 0.1, 0.2], (TIMES.size, 1))
+    assert rise_crossing(TIMES, still, 0.04, 0.05, 0.06) == 0.05
+
+
+def test_a_motion_that_was_never_at_rest_leaves_it_too():
+    """It began before the first sample: how the cubic begins cannot be seen."""
+    assert rise_crossing(TIMES, rise(-10.0), 0.04, 0.05, 0.06) == 0.05
+
+
+@pytest.mark.parametrize("count", [1, 5, 7])
+def test_few_samples_leave_it_too(count):
+    around = np.abs(TIMES).argsort()[:count]
+    times, points = np.sort(TIMES[around]), rise(0.0)[np.sort(around)]
+    assert rise_crossing(times, points, 0.04, 0.005, 0.06) == 0.005
+
+
+@pytest.mark.parametrize("off", [-0.08, 0.08])
+def test_what_lies_out_of_reach_is_not_taken(off):
+    near = true_crossing(0.0, 0.04) + off
+    assert rise_crossing(TIMES, rise(0.0), 0.04, near, 0.06) == near
 
 
 def test_onsets_scatter_less_than_crossings_of_the_speed():

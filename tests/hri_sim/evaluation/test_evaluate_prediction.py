@@ -38,6 +38,7 @@ def test_simulated_people(tmp_path, monkeypatch, capsys):
     assert results["protocol"] == LEAVE_ONE_OUT
     assert (results["data"], results["people"]) == ("simulated", "via_points")
     assert (results["observed"], results["n"], results["subjects"]) == (0.3, 16, 2)
+    assert results["durations_from"] == "the truth"
     assert set(results["origin"]) == {"commit", "date", "machine"}
     figures = results["predictors"]["promp"]
     assert set(figures["endpoint_error_m"]) == {"median", "mean", "p95"}
@@ -45,6 +46,8 @@ def test_simulated_people(tmp_path, monkeypatch, capsys):
     text = (out / "results.md").read_text()
     for name in results["predictors"]:
         assert f"| `{name}` |" in text
+    assert "| reaches noticed | " in text
+    assert "held against the truth" in text
     assert "16 reaches" in capsys.readouterr().out.replace("\n", " ")
 
 
@@ -56,6 +59,7 @@ def test_track_files_and_those_without_names(tmp_path, monkeypatch):
     results = json.loads((tmp_path / "a" / "results.json").read_text())
     assert (results["data"], results["task_from"], results["n"]) == ("mine.npz", "task", 8)
     assert "people" not in results
+    assert results["durations_from"].startswith("what the segmentation cuts")
     nameless = [t for t in reaches if t.task in ("middle", "far_side")]
     for track in nameless:
         object.__setattr__(track, "task", "")

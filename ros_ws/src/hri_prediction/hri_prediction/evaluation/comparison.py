@@ -127,12 +127,17 @@ def compare_bags(
         predictor = ReachPredictor(_library(item.libraries, library), config)
         stamps = {sample.stamp_ns + shift for sample in original[body]}
         recorded = sum(sample.stamp_ns in stamps for sample in received[body])
-        shifted = [
-            replace(p, stamp_ns=p.stamp_ns - shift, onset_ns=p.onset_ns - shift)
-            for p in item.predictions
-        ]
+        shifted = [_earlier(p, shift) for p in item.predictions]
         comparisons.append(compare(body, shifted, original[body], predictor, recorded))
     return comparisons
+
+
+def _earlier(prediction: Prediction, by_ns: int) -> Prediction:
+    """The same prediction of samples that were stamped earlier; without a reach there is no onset."""
+    earlier = replace(prediction, stamp_ns=prediction.stamp_ns - by_ns)
+    if prediction.state is ReachState.REACHING:
+        return replace(earlier, onset_ns=prediction.onset_ns - by_ns)
+    return earlier
 
 
 def _by_time(bag: BagReader) -> dict[str, list[ArmSample]]:
@@ -252,7 +257,7 @@ def difference(ours: Prediction, other: Prediction | None) -> tuple[float, ...]:
     ):
         return (float("inf"),) * len(FIGURES)
     times = [
-        (ours.stamp_ns - ours.onset_ns - other.stamp_ns + other.onset_ns) * 1e-9,
+        (ours.onset_ns - other.onset_ns) * 1e-9,
         ours.duration_mean_s - other.duration_mean_s,
         ours.duration_std_s - other.duration_std_s,
     ]

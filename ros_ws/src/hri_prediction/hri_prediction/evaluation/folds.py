@@ -172,7 +172,7 @@ def evaluate_fold(recordings: Sequence[Recording], fold: Fold, settings: Setting
         ``<predictor>/<observed>/<field>`` to the `FIELDS` over the reaches; ``reach`` (n, 2): numbers
         of the recording and of its reach; ``noticed/<observed>`` (n,): whether our predictor had
         noticed the reach by then; ``belief/<observed>`` (n, 2): its duration less the true one, both from
-        rest to rest [s], and the probability that it gives the true task; ``tube_now/<observed>`` (n,),
+        rest to rest [s], and whether the true task is the likeliest to it; ``tube_now/<observed>`` (n,),
         ``tube_mean/<observed>`` and ``tube_sd/<observed>`` (n, K, 3): what it predicted.
     """
     warm_kernels()
@@ -255,7 +255,7 @@ def _evaluate_recording(
             tube = our_cut.forecast(our_cut.now_s + judge.steps)
             note(f"noticed/{share:g}", np.array(float(our_cut.onset_s is not None)))
             whole = recording.durations_s[i]
-            note(f"belief/{share:g}", our_cut.belief_error(whole, track.task))
+            note(f"belief/{share:g}", our_cut.belief(whole, track.task))
             note(f"tube_now/{share:g}", np.array(our_cut.now_s))
             note(f"tube_mean/{share:g}", tube.mean)
             note(f"tube_sd/{share:g}", np.sqrt(np.diagonal(tube.covariance, axis1=1, axis2=2)))

@@ -23,6 +23,11 @@ Array = NDArray[np.float64]
 TRUTH_GAP_S = 0.1
 """The truth is interpolated over gaps up to this length [s]; what lies in longer ones is not judged."""
 
+TRUTH = "the truth"
+LABELS = "labels, extended to rest by the bell-shaped speed of reaches"
+CUTS = "what the segmentation cuts, extended to rest by the bell-shaped speed of reaches"
+"""What durations are held against."""
+
 
 @dataclass(frozen=True, eq=False)
 class Recording:
@@ -32,6 +37,7 @@ class Recording:
         track: What the sensor delivered.
         reaches: The reaches that are predicted: labelled where the file has labels, else ``found``.
         durations_s: How long each of these takes from rest to rest [s].
+        durations_from: How that is known: `TRUTH`, `LABELS` or `CUTS`.
         found: What the segmentation finds; predictors learn from these.
         teaches: Whether others' predictors may learn from it.
         judged: Whether its own reaches are predicted.
@@ -40,6 +46,7 @@ class Recording:
     track: ArmTrack
     reaches: tuple[Reach, ...]
     durations_s: tuple[float, ...]
+    durations_from: str
     found: tuple[Reach, ...]
     teaches: bool = True
     judged: bool = True
@@ -85,7 +92,8 @@ def make_recording(
         if labels is None:
             ratio = segmentation.onset_speed / peak_speed(track, reach, segmentation)
         durations.append(float(from_rest_to_rest(reach.duration_s, ratio)))
-    return Recording(track, reaches, tuple(durations), found, teaches, judged)
+    source = CUTS if labels is None else LABELS if label_speed > 0.0 else TRUTH
+    return Recording(track, reaches, tuple(durations), source, found, teaches, judged)
 
 
 def load_recordings(path: str | Path, segmentation: SegmentationConfig) -> list[Recording]:

@@ -56,18 +56,18 @@ class Cut:
             return Cut(now_s, prediction)
         return Cut(now_s, prediction, now_s - (prediction.stamp_ns - crossing) * 1e-9)
 
-    def belief_error(self, duration_s: float, task: str) -> Array:
-        """Expected duration less the true one, both from rest to rest [s]; probability of the true task.
+    def belief(self, duration_s: float, task: str) -> Array:
+        """Expected duration less the true one, both from rest to rest [s]; whether the task is right.
 
+        Right (1, else 0) is the likeliest of the tasks, "unknown" among them, when it is the true one.
         NaN while the reach has not been noticed, and for a task that is not in the library.
         """
         if self.prediction is None or self.onset_s is None or not self.prediction.task_names:
             return np.full(2, np.nan)
-        known = (
-            self.prediction.task_names.index(task) if task in self.prediction.task_names else None
-        )
-        share = np.nan if known is None else float(self.prediction.task_probabilities[known])
-        return np.array([self.prediction.duration_mean_s - duration_s, share])
+        names = self.prediction.task_names
+        likeliest = names[int(np.argmax(self.prediction.task_probabilities))]
+        right = float(likeliest == task) if task in names else np.nan
+        return np.array([self.prediction.duration_mean_s - duration_s, right])
 
     def forecast(self, times: Array) -> Forecast:
         """The prediction between its points, and held beyond its last, at ``times`` (K,)."""

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from hri_prediction.evaluation.folds import OURS
 from hri_prediction.evaluation.scores import HORIZONS_S
 
+UNNOTICED = "Before a reach is noticed the prediction says that the hand rests:"
 _HEAD = (
     "predictor",
     "end point [mm]: median",
@@ -58,6 +60,20 @@ def observed_table(by_observed: Mapping[str, Mapping[str, Mapping[str, Any]]]) -
     return "\n".join(lines) + "\n"
 
 
+def region_table(results: Mapping[str, Any], ours: str) -> str:
+    """How many reaches our predictor had noticed, and what its regions held, over the observed shares."""
+    shares = list(results["by_observed"])
+    head = [f"`{ours}` after", *(f"{100.0 * float(share):g} %" for share in shares)]
+    lines = [_row(head), _row(["---"] * len(head))]
+    noticed = [results["noticed"][share] for share in shares]
+    lines.append(_row(["reaches noticed", *(f"{100.0 * part:.0f} %" for part in noticed)]))
+    for level in ("50", "95"):
+        held = [results["by_observed"][share][ours][f"coverage{level}"] for share in shares]
+        cells = ["–" if part is None else f"{100.0 * part:.0f} %" for part in held]
+        lines.append(_row([f"points within the {level} % region", *cells]))
+    return "\n".join(lines) + "\n"
+
+
 def knowledge_list(knows: Mapping[str, str]) -> str:
     """What each predictor is told."""
     return "\n".join(f"- `{name}`: {text}." for name, text in knows.items()) + "\n"
@@ -68,8 +84,18 @@ def belief_words(results: Mapping[str, Any]) -> str:
     share = format(results["observed"], "g")
     error = results["duration_error_s"][share]["median"]
     found = results["task_found"][share]
-    words = "" if error is None else f"; its duration was {error * 1e3:.0f} ms off (median)"
-    return words if found is None else words + f", the right task the likeliest in {found:.0%}"
+    words = ""
+    if error is not None:
+        words = (
+            f"; its duration was {error * 1e3:.0f} ms off (median; held against "
+            f"{results['durations_from']})"
+        )
+    if found is None:
+        return words
+    return (
+        f'{words}; of all tasks and "unknown" the right one was the likeliest in {100.0 * found:.0f} % '
+        "of them"
+    )
 
 
 def evaluation_report(results: Mapping[str, Any]) -> str:
@@ -89,6 +115,8 @@ def evaluation_report(results: Mapping[str, Any]) -> str:
         parts += [
             "Median end-point error [mm] by the share of the reach that was seen:\n",
             observed_table(results["by_observed"]),
+            f"{UNNOTICED}\n",
+            region_table(results, OURS),
         ]
     if results["skipped"]:
         parts.append("Skipped:\n\n" + "\n".join(f"- {line}" for line in results["skipped"]) + "\n")

@@ -106,7 +106,7 @@ class Evaluation:
                 for share in self.settings.observed
             },
             "duration_error_s": self._beliefs(lambda cell: spread_of(np.abs(cell[:, 0]))),
-            "task_found": self._beliefs(lambda cell: share_of(cell[:, 1] > 0.5, cell[:, 1])),
+            "task_found": self._beliefs(lambda cell: share_of(cell[:, 1] == 1.0, cell[:, 1])),
             "knows": {name: KNOWS[name] for name in self.settings.predictors},
             "skipped": list(self.skipped),
         }

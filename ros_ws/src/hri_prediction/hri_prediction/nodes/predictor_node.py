@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import time
 from collections import deque
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from visualization_msgs.msg import MarkerArray
 
 from hri_prediction.arm.body_id import valid_body_id
@@ -14,6 +16,7 @@ from hri_prediction.errors import DataError, HriError
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.facing import FacingWatch
 from hri_prediction.prediction.library import TaskLibrary
+from hri_prediction.prediction.live_scores import LiveFigures
 from hri_prediction.prediction.output import Prediction, ReachState
 from hri_prediction.prediction.predictor import ReachPredictor
 from hri_prediction.ros.conversions import message_from_prediction, sample_from_message
@@ -55,6 +58,9 @@ class _Arm:
         self.prediction: Prediction | None = None
         self.facing: FacingWatch | None = None
         self.turned = ""
+        self.observed_ms: float | None = (
+            None  # what the newest sample took, until it is predicted from
+        )
 
 
 class PredictorNode(HriNode):
@@ -129,7 +135,9 @@ class PredictorNode(HriNode):
         except DataError as error:
             self.fault("arm", str(error))
             return
+        begin = time.perf_counter()
         arm.predictor.observe(sample)
+        arm.observed_ms = 1e3 * (time.perf_counter() - begin)
         if arm.facing is not None and (turned := arm.facing.observe([sample])):
             arm.turned = turned
             self.get_logger().warning(f"{message.body_id}: {turned}")
@@ -153,9 +161,14 @@ class PredictorNode(HriNode):
     def on_tick(self, now_ns: int) -> None:
         """Predict every tracked arm that was ever seen."""
         for body_id, arm in self._arms.items():
+            begin = time.perf_counter()
             arm.prediction = arm.predictor.predict(now_ns)
+            spent_ms = 1e3 * (time.perf_counter() - begin)
+            fresh, arm.observed_ms = arm.observed_ms, None
             if arm.prediction is None:
                 continue
+            if fresh is not None and arm.prediction.state is ReachState.REACHING:
+                self._compute_ms.append(fresh + spent_ms)
             if arm.prediction.state is ReachState.INVALID:
                 self.fault(f"invalid {body_id}", f"{body_id}: {arm.prediction.reason}")
             arm.publisher.publish(
@@ -175,7 +188,7 @@ class PredictorNode(HriNode):
             self._markers.publish(markers)
 
     def health(self) -> tuple[bytes, str, dict[str, Any]]:
-        """State of every arm, counts of refused samples."""
+        """State of every arm, counts of refused samples, how good predictions were and how fast."""
         figures: dict[str, Any] = {"library": self._library_name or "none (constant velocity)"}
         level, words = OK, []
         for body_id, arm in self._arms.items():
@@ -188,9 +201,27 @@ class PredictorNode(HriNode):
                 figures[f"{body_id} turned"] = arm.turned
             for name, count in arm.predictor.counters.items():
                 figures[f"{body_id} {name}"] = count
+            figures |= _figures(body_id, arm.predictor.live_figures())
+        if self._compute_ms:
+            for share in (50, 99):
+                figures[f"latency_ms_p{share}"] = f"{np.percentile(self._compute_ms, share):.3f}"
         if not self._arms:
             return WARN, "no body is tracked", figures
         return level, "; ".join(words), figures
+
+
+def _figures(body_id: str, found: dict[float, LiveFigures]) -> dict[str, Any]:
+    """The figures of a body by the names that they have in the evaluation offline."""
+    named: dict[str, Any] = {}
+    for horizon_s, at in found.items():
+        key = f"{body_id} {horizon_s:g} s"
+        named[f"{key} n"] = at.n
+        named[f"{key} error_median_m"] = f"{at.error_median_m:.4f}"
+        named[f"{key} error_mean_m"] = f"{at.error_mean_m:.4f}"
+        named[f"{key} coverage50"] = f"{at.coverage50:.3f}"
+        named[f"{key} coverage95"] = f"{at.coverage95:.3f}"
+        named[f"{key} nll"] = f"{at.nll:.2f}"
+    return named
 
 
 def main(args: list[str] | None = None) -> int:

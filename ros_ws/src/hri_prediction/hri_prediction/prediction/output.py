@@ -37,11 +37,11 @@ class Prediction:
         times_s: (K,) offsets from ``stamp_ns``, uniform, from 0.
         mean: (K, 4, 3) metres, world frame.
         covariance: (K, 4, 3, 3) square metres; of what a sensor will see, noise included.
-        onset_ns: When the arm left its rest, estimated once a reach (the stamp itself when there is none).
+        onset_ns: When the arm left its rest, estimated once a reach; 0 unless REACHING.
         duration_mean_s: Expected duration from rest to rest, 0 when there is no reach.
         duration_std_s: Its standard deviation.
         task_names: Names of the tasks, the last one "unknown"; empty without a library.
-        task_probabilities: (n,) probabilities, summing to one.
+        task_probabilities: (n,) probabilities, summing to one; unless REACHING those before any sample.
     """
 
     stamp_ns: int

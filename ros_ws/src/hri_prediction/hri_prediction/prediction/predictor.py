@@ -13,6 +13,7 @@ from hri_prediction.prediction.calibration import OnlineCalibration
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.input_check import InputCheck
 from hri_prediction.prediction.library import DIMS, TaskLibrary
+from hri_prediction.prediction.live_scores import LiveFigures
 from hri_prediction.prediction.output import Prediction, ReachState, whole_arm, within_reach
 from hri_prediction.tracks.segmentation import ROUNDING_S, ReachSegmenter
 from hri_prediction.tracks.track import ArmSample
@@ -53,8 +54,9 @@ class ReachPredictor:
             self.config.calibration_rate,
             self.config.calibration_limit,
         )
-        compared = np.arange(self._calibration.count + 1) * CALIBRATION_STEP_S
-        self._compared: Array = np.asarray(compared, dtype=float)
+        place = np.arange(1, self._calibration.count + 1) * (CALIBRATION_STEP_S / self.config.step)
+        self._lower = np.minimum((place + 1e-9).astype(int), self._points - 2)
+        self._share: Array = np.minimum(place - self._lower, 1.0)
         if library is not None:
             for side in ("left", "right"):
                 self._priors[side] = bank_prior(library.for_side(side), self.config)
@@ -192,13 +194,25 @@ class ReachPredictor:
         if failed:
             self._count("failed hypotheses", failed)
         if time_s == self._usable_s:  # not for samples from before the onset was noticed
-            mean, covariance = self._from_bank(time_s, self._compared)
-            self._calibration.predicted(time_s, mean[1:, 1], covariance[1:, 1])
+            # From the published points: how far pace widens them depends on their distance.
+            mean, covariance = self._from_bank(time_s, self._times)
+            self._calibration.predicted(
+                time_s, self._at_compared(mean[:, 1]), self._at_compared(covariance[:, 1])
+            )
+
+    def _at_compared(self, path: Array) -> Array:
+        """What is published (K, ...), at the horizons that are compared (in between, on the line)."""
+        begin = path[self._lower]
+        return begin + np.einsum("k,k...->k...", self._share, path[self._lower + 1] - begin)
 
     def _count(self, name: str, by: int = 1) -> None:
         self.counters[name] = self.counters.get(name, 0) + by
 
     # -- output -----------------------------------------------------------------------------
+
+    def live_figures(self) -> dict[float, LiveFigures]:
+        """How good the newest predictions of reaches were, by horizon [s]; none without a library."""
+        return self._calibration.scores.figures()
 
     @property
     def newest_ns(self) -> int:
@@ -264,7 +278,7 @@ class ReachPredictor:
             times_s=self._times.copy(),
             mean=full,
             covariance=spread,
-            onset_ns=self._left_rest_ns() if moving else self._newest,
+            onset_ns=self._left_rest_ns() if moving else 0,
             duration_mean_s=duration[0],
             duration_std_s=duration[1],
             task_names=names,

@@ -71,7 +71,7 @@ def message_from_prediction(
         times=flat(prediction.times_s),
         mean=flat(prediction.mean),
         covariance=flat(prediction.covariance),
-        onset=to_time(prediction.onset_ns or 0),
+        onset=to_time(prediction.onset_ns),
         duration_mean=float(prediction.duration_mean_s),
         duration_sd=float(prediction.duration_std_s),
         tasks=list(prediction.task_names),

@@ -160,6 +160,7 @@ def run_job(job: Job, out: Path, workers: int, console: Console) -> dict[str, An
         **({"people": job.people} if job.data == SIMULATED else {}),
         "subjects": len({r.track.subject for r in recordings if r.judged}),
         **evaluation.summary(),
+        "durations_from": next(r.durations_from for r in recordings if r.judged),
         "task_from": group_by,
         "seed": job.seed,
         "smoke": job.smoke,

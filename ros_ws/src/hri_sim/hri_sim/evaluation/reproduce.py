@@ -17,11 +17,13 @@ from hri_prediction.errors import ConfigError
 from hri_prediction.evaluation.folds import LEAVE_ONE_OUT, NEW_TASK, OURS, WITHIN
 from hri_prediction.evaluation.report import (
     BOUNDARY_HEAD,
+    UNNOTICED,
     belief_words,
     boundary_row,
     knowledge_list,
     observed_table,
     predictor_table,
+    region_table,
     winners,
 )
 from hri_prediction.prediction.config import PredictorConfig
@@ -138,14 +140,17 @@ def _section(name: str, results: Mapping[str, Any]) -> list[str]:
     lines = [
         f"## {_TITLES[key]}: {protocol}",
         "",
-        f"{results['n']} reaches of {results['subjects']} people; {learnt}. After {share}, when "
-        f"{100.0 * results['noticed'][format(results['observed'], 'g')]:.0f} % of the reaches had been "
-        f"noticed{belief_words(results)}:",
+        f"{results['n']} reaches of {results['subjects']} people; {learnt}. After {share} our predictor "
+        f"had noticed {100.0 * results['noticed'][format(results['observed'], 'g')]:.0f} % of the reaches"
+        f"{belief_words(results)}. Then:",
         "",
         predictor_table(results["predictors"]),
         "Median end-point error [mm] by the share that was seen:",
         "",
         observed_table(results["by_observed"]),
+        UNNOTICED,
+        "",
+        region_table(results, OURS),
     ]
     if better:
         lines += [BETTER, "", *(f"- {line}" for line in better), ""]
