@@ -15,6 +15,7 @@ from hri_prediction.prediction.input_check import InputCheck
 from hri_prediction.prediction.library import DIMS, TaskLibrary
 from hri_prediction.prediction.live_scores import LiveFigures
 from hri_prediction.prediction.output import Prediction, ReachState, whole_arm, within_reach
+from hri_prediction.tracks.rate import too_slow
 from hri_prediction.tracks.segmentation import ROUNDING_S, ReachSegmenter
 from hri_prediction.tracks.track import ArmSample
 
@@ -130,6 +131,8 @@ class ReachPredictor:
         if verdict.usable[2]:
             self._calibration.seen(now, points[2])
             event = self._segmenter.push(now, points[2])
+            if not verdict.reason:
+                self._reason = too_slow(self._segmenter.period_s) or self._reason
         if event is not None and event.kind == "onset":
             self._begin(event.time_s)
         elif event is not None:

@@ -19,6 +19,7 @@ from hri_prediction.promp.regression import Demonstration
 from hri_prediction.tracks.files import load_tracks
 from hri_prediction.tracks.placement import Placement
 from hri_prediction.tracks.plausible import check_arm
+from hri_prediction.tracks.rate import check_rate
 from hri_prediction.tracks.seating import facing_deg, suggest_placement
 from hri_prediction.tracks.segmentation import find_reaches
 from hri_prediction.tracks.track import ArmTrack
@@ -141,7 +142,8 @@ def read_tracks(path: str | Path) -> list[ArmTrack]:
     """Tracks of a track file, or the tracked arms of a bag (folder or .mcap).
 
     Raises:
-        DataError: when it is neither, is damaged, or holds what is no arm by its size.
+        DataError: when it is neither, is damaged, or holds what is no arm by its size or was
+            sampled too seldom.
     """
     from hri_prediction.bags.arms import arm_tracks
 
@@ -150,6 +152,7 @@ def read_tracks(path: str | Path) -> list[ArmTrack]:
         tracks = [replace(track, task=track.task or path.stem) for track in arm_tracks(path)]
         for track in tracks:
             check_arm(track, f"{path}: {track.subject}")
+            check_rate(track, f"{path}: {track.subject}")
         return tracks
     return load_tracks(path)
 
@@ -170,7 +173,8 @@ def train(
         progress: Called with a line of text before each task is learnt.
 
     Raises:
-        DataError: if no usable reach is found, or ``group_by`` is unknown.
+        DataError: if no usable reach is found, a track is sampled too seldom for that, or
+            ``group_by`` is unknown.
     """
     settings = config or PredictorConfig()
     if group_by not in TASK_FIELDS:
@@ -180,6 +184,7 @@ def train(
     uppers, fores = [], []
     for track in tracks:
         where = f"{track.source or track.subject} {track.task} trial {track.trial}".strip()
+        check_rate(track, where)
         found = find_reaches(track.time_s, track.keypoints[:, 2], settings.segmentation)
         if not found:
             skipped.append(f"{where}: no reach found")

@@ -14,6 +14,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hri_prediction.tracks.rate import window_s
 from hri_prediction.tracks.segmentation import Reach, SegmentationConfig
 from hri_prediction.tracks.speed import regression_speed
 from hri_prediction.tracks.track import ArmTrack
@@ -46,7 +47,8 @@ def peak_speed(track: ArmTrack, reach: Reach, config: SegmentationConfig) -> flo
     seen = np.isfinite(wrist).all(axis=1)
     times, points = np.array(track.time_s[seen]), np.array(wrist[seen])
     largest = float("nan")
+    half = 0.5 * window_s(config.window, 1.0 / track.rate_hz)
     for middle in np.arange(reach.onset_s, reach.end_s + 0.5 * _STEP_S, _STEP_S):
-        first, last = np.searchsorted(times, middle + np.array([-0.5, 0.5]) * config.window)
+        first, last = np.searchsorted(times, middle + np.array([-half, half]))
         largest = float(np.fmax(largest, regression_speed(times[first:last], points[first:last])))
     return largest

@@ -52,6 +52,7 @@ from hri_prediction.tracks.adapters import (
 )
 from hri_prediction.tracks.importers.qtm import is_qtm_text
 from hri_prediction.tracks.plausible import check_arm
+from hri_prediction.tracks.rate import check_rate
 from hri_prediction.tracks.tables import parse_number, row_spans
 from hri_prediction.tracks.track import ArmTrack
 
@@ -78,7 +79,8 @@ def load_tracks(path: str | Path) -> list[ArmTrack]:
 
     Raises:
         DataError: when the file cannot be read, is of no known format, is malformed, or holds what
-            is no arm by its size; the text names the file and the first thing that is wrong.
+            is no arm by its size or sampled too seldom; the text names the file and the first thing
+            that is wrong.
     """
     path = Path(path)
     try:
@@ -89,7 +91,9 @@ def load_tracks(path: str | Path) -> list[ArmTrack]:
         is_npz = content[:2] == b"PK"
         tracks = _load_npz(content, path.name) if is_npz else _load_text(content, path)
         for index, track in enumerate(tracks):
-            check_arm(track, f"trial {index}" if len(tracks) > 1 else "")
+            where = f"trial {index}" if len(tracks) > 1 else ""
+            check_arm(track, where)
+            check_rate(track, where)
         return tracks
     except DataError as error:
         raise DataError(

@@ -1,12 +1,13 @@
 """Onset and end of reaches from the speed of the wrist; streaming, also used offline.
 
 The speed is the slope of a regression line over a short window (:mod:`.speed`), which belongs to the
-*middle* of that window. A reach begins when the speed passes ``on_speed`` and is back-dated to where it
-left ``onset_speed``; it ends when the speed stays below ``onset_speed`` for ``rest_time``, back-dated to
-where that began; both times are refined by a fit to the positions (:mod:`.crossing`). A reach that
-follows without such a rest (there and back again) begins at the dip of the speed between the two.
-:func:`find_reaches` feeds a whole recording through the same code, so that training and prediction cut
-alike.
+*middle* of that window. Where samples come so seldom that few fit into it, it is as long as five of
+their periods (:mod:`.rate`). A reach begins when the speed passes ``on_speed`` and is back-dated to
+where it left ``onset_speed``; it ends when the speed stays below ``onset_speed`` for ``rest_time``,
+back-dated to where that began; both times are refined by a fit to the positions (:mod:`.crossing`). A
+reach that follows without such a rest (there and back again) begins at the dip of the speed between the
+two. :func:`find_reaches` feeds a whole recording through the same code, so that training and prediction
+cut alike.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from numpy.typing import NDArray
 from hri_prediction.config import parameter, validate
 from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.tracks.crossing import rise_crossing
+from hri_prediction.tracks.rate import SamplePeriod, window_s
 from hri_prediction.tracks.speed import regression_speed
 
 Array = NDArray[np.float64]
@@ -40,7 +42,7 @@ class SegmentationConfig:
 
     window: float = parameter(
         0.1,
-        "length of the regression; longer = calmer, but seen half of it later",
+        "least length of the regression; longer = calmer, but seen half of it later",
         unit="s",
         low=0.02,
         high=1.0,
@@ -114,10 +116,22 @@ class ReachSegmenter:
         self.config = config or SegmentationConfig()
         self._times = np.zeros(64)
         self._points = np.zeros((64, 3))
+        self._period = SamplePeriod()
         self.reset()
+
+    @property
+    def period_s(self) -> float:
+        """Time between the samples of late [s]; 0 until there were enough."""
+        return self._period.period_s
 
     def reset(self) -> None:
         """Forget everything; the next sample is the first."""
+        self._period.reset()
+        self._forget()
+
+    def _forget(self) -> None:
+        """Begin anew; how often samples come is still known."""
+        self.window_s = self.config.window
         self._count = 0
         self._speeds: deque[tuple[float, float]] = deque()
         self._above: float | None = None
@@ -143,16 +157,19 @@ class ReachSegmenter:
         """
         if self._last is not None and time_s <= self._last:
             raise DataError(f"time {time_s}", expected=f"later than {self._last}")
+        if self._last is not None:
+            self._period.add(time_s - self._last)
         if self._last is not None and time_s - self._last > self.config.max_gap + ROUNDING_S:
             was_moving, last = self.moving, self._last
-            self.reset()
+            self._forget()
             self._append(time_s, wrist)
             return Event("lost", last) if was_moving else None
+        self.window_s = window_s(self.config.window, self.period_s)
         self._append(time_s, wrist)
-        first = self._first_since(time_s - self.config.window)
+        first = self._first_since(time_s - self.window_s)
         times = self._times[first : self._count]
         # A window that is not nearly full would place its speed at the wrong time.
-        if times[-1] - times[0] < 0.7 * self.config.window - ROUNDING_S:
+        if times[-1] - times[0] < 0.7 * self.window_s - ROUNDING_S:
             return None
         self.speed = float(regression_speed(times, self._points[first : self._count]))
         if math.isnan(self.speed):
@@ -166,7 +183,7 @@ class ReachSegmenter:
 
     def _append(self, time_s: float, wrist: Array) -> None:
         self._last = time_s
-        first = self._first_since(time_s - self.config.window - self.config.max_back_date)
+        first = self._first_since(time_s - self.window_s - self.config.max_back_date)
         if first:
             keep = self._count - first
             self._times[:keep] = self._times[first : self._count].copy()
@@ -272,7 +289,7 @@ def find_reaches(
     """All complete reaches of a recording.
 
     Args:
-        time_s: (N,) strictly increasing, 60-250 Hz.
+        time_s: (N,) strictly increasing; reaches are found from 20 Hz on (:mod:`.rate`).
         wrist: (N, 3) metres; rows with NaN are left out.
         config: Thresholds.
 
@@ -294,7 +311,7 @@ def find_reaches(
         # A recording may stop the moment the hand does.
         last = float(time_s[seen][-1])
         if segmenter.speed < settings.onset_speed:
-            events.append(Event("end", last - 0.5 * settings.window))
+            events.append(Event("end", last - 0.5 * segmenter.window_s))
     onset: float | None = None
     for event in events:
         if (

@@ -21,6 +21,7 @@ from hri_prediction.tracks.importers.report import gap_report
 from hri_prediction.tracks.importers.units import UNITS
 from hri_prediction.tracks.placement import Placement
 from hri_prediction.tracks.plausible import check_arm
+from hri_prediction.tracks.rate import check_rate
 from hri_prediction.tracks.seating import suggest_placement
 from hri_prediction.tracks.track import ArmTrack
 
@@ -118,8 +119,10 @@ def _run(given: argparse.Namespace, console: Console) -> int:
             plan = plan_import(data, options)
             track = convert(plan)
             check_arm(track, hint="check --map and --units")
+            check_rate(track)
             if given.resample:
                 track = track.resampled(given.resample)
+                check_rate(track, f"--resample {given.resample:g}")
             placement = _place(given, track)
             if placement is not None:
                 track = track.transformed(placement)

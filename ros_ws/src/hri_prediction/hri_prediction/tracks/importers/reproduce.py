@@ -21,6 +21,7 @@ from hri_prediction.tracks.importers.markers import MarkerData
 from hri_prediction.tracks.importers.recognise import read_markers
 from hri_prediction.tracks.importers.report import gap_report
 from hri_prediction.tracks.plausible import check_arm
+from hri_prediction.tracks.rate import check_rate
 
 DATA_VARIABLE = "HRI_DATA_DIR"
 FOLDERS = ("file_samples", "pickplace_dfki_qualisys/original")
@@ -78,6 +79,7 @@ def _imported(name: str, data: MarkerData, options: ImportOptions) -> Row:
         plan = plan_import(data, options)
         track = convert(plan)
         check_arm(track)
+        check_rate(track)
     except HriError as error:
         return {**row, "refused": error.problem}
     gaps = [dataclasses.asdict(gap) for gap in gap_report(track)]
