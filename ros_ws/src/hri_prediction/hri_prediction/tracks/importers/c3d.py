@@ -15,11 +15,11 @@ import ezc3d
 import numpy as np
 
 from hri_prediction.errors import DataError
+from hri_prediction.tracks.importers.c3d_check import MOST_FRAMES, check_counts
 from hri_prediction.tracks.importers.c3d_order import BLOCK, intel_of_mips
 from hri_prediction.tracks.importers.markers import MarkerData, unique_labels
 
 _KEY = 0x50
-_MOST = 65535
 _PROCESSORS = {84: "Intel", 85: "DEC", 86: "MIPS"}
 
 
@@ -44,6 +44,7 @@ def read_c3d(path: Path) -> MarkerData:
             expected=f"byte {_KEY:#x} in second place and a processor type of 84 to 86",
         )
     order = _PROCESSORS[content[(content[0] - 1) * BLOCK + 3]]
+    check_counts(content, order)
     try:
         file = _load(path, content, order)
         group = file["parameters"]["POINT"]
@@ -95,8 +96,7 @@ def _load(path: Path, content: bytes, order: str) -> Any:
 def _check_length(content: bytes, order: str, frames: int) -> None:
     """Compare with the header: where a file was cut off, ezc3d returns what is left."""
     first, last = struct.unpack_from(">2H" if order == "MIPS" else "<2H", content, 6)
-    # Longer recordings than the 16 bits can count have the greatest number here.
-    if last != _MOST and frames < last - first + 1:
+    if last != MOST_FRAMES and frames < last - first + 1:
         raise DataError(
             f"the C3D file is cut off: it holds {frames} frames",
             expected=f"{last - first + 1}, as in its header",

@@ -12,6 +12,9 @@ import numpy as np
 from hri_prediction.arm.geometry import FloatArray
 from hri_prediction.errors import DataError
 
+MOST_FRAMES = 50_000_000
+"""Longest span of frame numbers that is believed: two days at 250 Hz."""
+
 
 @dataclass(frozen=True, eq=False)
 class MarkerData:
@@ -32,7 +35,8 @@ class MarkerData:
         notes: What is odd about the file, for people.
 
     Raises:
-        DataError: no marker, fewer than two rows, or frames that do not increase.
+        DataError: no marker, fewer than two rows, frames that do not increase, or a span of them that
+            no recording has.
     """
 
     format: str
@@ -66,6 +70,13 @@ class MarkerData:
             raise DataError(
                 f"frame {self.frames[row + 1]:g} follows frame {self.frames[row]:g}",
                 expected="strictly increasing frame numbers",
+            )
+        span = float(self.frames[-1] - self.frames[0])
+        if span > MOST_FRAMES:
+            row = int(np.argmax(steps))
+            raise DataError(
+                f"frame {self.frames[row + 1]:.0f} follows frame {self.frames[row]:.0f}",
+                expected=f"a recording of {MOST_FRAMES:,} frames at most, gaps included",
             )
         if not (math.isfinite(self.rate_hz) and self.rate_hz >= 0.0):
             raise DataError(f"the frame rate is {self.rate_hz}", expected="a positive number of Hz")

@@ -32,21 +32,23 @@ class Gaps:
 def gap_report(track: ArmTrack) -> tuple[Gaps, ...]:
     """Gaps of each keypoint, in the order of the keypoints."""
     period = 1.0 / track.rate_hz
-    # Samples on a grid, so that frames that the file leaves out count as missing.
-    grid = np.rint((track.time_s - track.time_s[0]) / period).astype(int)
+    # Samples on a grid, so that frames that the file leaves out count as missing. Only steps on it are
+    # looked at: how long the grid is must not decide how much memory this takes.
+    grid = np.rint((track.time_s - track.time_s[0]) / period)
+    end = grid[-1] + 1.0
     found = []
     for keypoint, name in enumerate(KEYPOINTS):
-        seen = np.zeros(grid[-1] + 1, dtype=bool)
-        seen[grid[track.valid[:, keypoint]]] = True
-        edges = np.diff(np.concatenate(([False], ~seen, [False])).astype(int))
-        starts, ends = np.flatnonzero(edges > 0), np.flatnonzero(edges < 0)
-        longest = int(np.argmax(ends - starts)) if len(starts) else -1
+        seen = np.unique(grid[track.valid[:, keypoint]])
+        before = np.concatenate(([-1.0], seen))
+        missing = np.concatenate((seen, [end])) - before - 1.0
+        starts, lengths = before[missing > 0.0] + 1.0, missing[missing > 0.0]
+        longest = int(np.argmax(lengths)) if len(lengths) else -1
         found.append(
             Gaps(
                 keypoint=name,
-                share=float(seen.mean()),
+                share=float(len(seen) / end),
                 count=len(starts),
-                longest_s=float((ends - starts)[longest]) * period if len(starts) else 0.0,
+                longest_s=float(lengths[longest]) * period if len(starts) else 0.0,
                 longest_at_s=float(starts[longest]) * period if len(starts) else 0.0,
             )
         )
