@@ -13,6 +13,7 @@ from hri_prediction.errors import DataError
 _MISSING = {"", "nan", "null", "none", "n/a", "na", "#n/a", "-", "--"}
 _NO_NUMBER = re.compile(r"[+-]?(1\.#(qnan|snan|ind|nan)0*|nan\((ind|snan)\)|nan)")
 """How C runtimes, Windows' before all, write what is not a number."""
+_NUMBER = re.compile(r"[+-]?(([0-9]+\.?[0-9]*|\.[0-9]+)(e[+-]?[0-9]+)?|inf(inity)?)", re.IGNORECASE)
 
 
 def parse_number(cell: str, where: str) -> float:
@@ -26,10 +27,10 @@ def parse_number(cell: str, where: str) -> float:
     text = cell.strip()
     if text.lower() in _MISSING or _NO_NUMBER.fullmatch(text.lower()):
         return math.nan
-    try:
-        value = float(text)
-    except ValueError as error:
-        raise DataError(f"{where} holds {text[:40]!r}", expected="a number") from error
+    # Python's own float() takes 1_0 for 10, and the digits of every script.
+    if not _NUMBER.fullmatch(text):
+        raise DataError(f"{where} holds {text[:40]!r}", expected="a number")
+    value = float(text)
     if math.isinf(value):
         raise DataError(f"{where} holds {text!r}", expected="a finite number")
     return value

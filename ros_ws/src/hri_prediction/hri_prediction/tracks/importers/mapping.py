@@ -117,13 +117,24 @@ def parse_mapping(text: str, data: MarkerData, subject: str = "") -> Mapping:
     Labels may leave the subject away where only one has such a marker, or where ``subject`` is it.
 
     Raises:
-        ConfigError: when the text is malformed, or a marker does not exist or is ambiguous.
+        ConfigError: when the text is malformed, or a marker does not exist, is ambiguous or is named
+            twice.
     """
     chosen: dict[str, tuple[int, ...]] = {}
     for key, names in mapping_parts(text).items():
         whole = names in data.labels
         pieces = [names] if whole else [name.strip() for name in names.split("+")]
         chosen[key] = tuple(_row(name, data, subject) for name in pieces)
+    used: dict[int, str] = {}
+    for key, rows in chosen.items():
+        for row in rows:
+            if row in used:
+                where = f"for {used[row]} and {key}" if used[row] != key else f"twice in {key}"
+                raise ConfigError(
+                    f"the mapping uses the marker {data.labels[row]!r} {where}",
+                    expected="each marker once",
+                )
+            used[row] = key
     names_used = [bare(data.labels[row]) for rows in chosen.values() for row in rows]
     return Mapping(
         shoulder=chosen["shoulder"],
