@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from mocap_files import ARM, arm_mm, c3d_bytes, trc_text
+from mocap_files import ARM, arm_mm, bvh_text, c3d_bytes, trc_text
 
 from hri_prediction.errors import ConfigError, DataError
+from hri_prediction.tracks.importers.bvh import read_bvh
 from hri_prediction.tracks.importers.mapping import parse_mapping
 from hri_prediction.tracks.importers.markers import MOST_FRAMES
 from hri_prediction.tracks.importers.recognise import read_markers
@@ -101,6 +102,26 @@ def test_what_only_python_takes_for_a_number_is_refused(cell):
 def test_every_spelling_of_a_float_is_read(value):
     for text in (repr(value), f"{value:.17g}", f"{value:+.17E}", f" {value!r}\t"):
         assert parse_number(text, "a cell") == value
+
+
+@pytest.mark.parametrize(
+    ("old", "new"), [("-20.0", "-2_0"), ("3 Zrot", "³ Zrot"), ("Frames: 5", "Frames: ٥")]
+)
+def test_a_bvh_with_numbers_that_are_none(old, new):
+    text = bvh_text(np.zeros((5, 18)))
+    assert old in text
+    with pytest.raises(DataError, match=r"holds|CHANNELS ³"):
+        read_bvh(text.replace(old, new, 1), "a.bvh")
+
+
+def test_analogue_values_without_their_parameters(tmp_path):
+    altered = bytearray(c3d_bytes(arm_mm(200)))
+    altered[4] = 1  # analogue value a frame; with half of the frames there is room for it
+    altered[8] -= 100
+    path = tmp_path / "a.c3d"
+    path.write_bytes(altered)
+    with pytest.raises(DataError, match="analogue values, but no parameter ANALOG:USED"):
+        read_markers(path)
 
 
 @pytest.mark.parametrize(

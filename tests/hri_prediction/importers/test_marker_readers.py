@@ -305,7 +305,7 @@ def test_bvh_positions_of_inner_joints():
         ("Frame Time: 0.01", "Frame Time: 0", "Frame Time: 0"),
         ("Frames: 3", "Frames: 4", "holds 54 numbers; expected 72"),
         ("0.000000", "x", "holds"),
-        ("0.000000", "nan", "not finite"),
+        ("0.000000", "nan", "holds 'nan'; expected numbers"),
         ("Xposition", "Wposition", "CHANNELS 6 wposition"),
         ("CHANNELS 6", "CHANNELS x", "CHANNELS x"),
         ("OFFSET 1.0", "SHIFT 1.0", "'SHIFT'"),

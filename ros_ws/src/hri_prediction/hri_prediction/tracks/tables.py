@@ -16,6 +16,14 @@ _NO_NUMBER = re.compile(r"[+-]?(1\.#(qnan|snan|ind|nan)0*|nan\((ind|snan)\)|nan)
 _NUMBER = re.compile(r"[+-]?(([0-9]+\.?[0-9]*|\.[0-9]+)(e[+-]?[0-9]+)?|inf(inity)?)", re.IGNORECASE)
 
 
+def is_number(text: str) -> bool:
+    """Whether a text is a number as programs write them, an infinite one included.
+
+    Python's own ``float`` takes ``1_0`` for 10, and the digits of every script.
+    """
+    return _NUMBER.fullmatch(text.strip()) is not None
+
+
 def parse_number(cell: str, where: str) -> float:
     """A cell of a table as a float; NaN where it says that nothing was measured.
 
@@ -27,8 +35,7 @@ def parse_number(cell: str, where: str) -> float:
     text = cell.strip()
     if text.lower() in _MISSING or _NO_NUMBER.fullmatch(text.lower()):
         return math.nan
-    # Python's own float() takes 1_0 for 10, and the digits of every script.
-    if not _NUMBER.fullmatch(text):
+    if not is_number(text):
         raise DataError(f"{where} holds {text[:40]!r}", expected="a number")
     value = float(text)
     if math.isinf(value):

@@ -20,6 +20,7 @@ import numpy as np
 from hri_prediction.arm.geometry import FloatArray
 from hri_prediction.errors import DataError
 from hri_prediction.tracks.importers.markers import MarkerData, unique_labels
+from hri_prediction.tracks.tables import is_number
 
 _CHANNELS = tuple(f"{axis}{kind}" for kind in ("position", "rotation") for axis in "xyz")
 
@@ -107,9 +108,10 @@ def parse_hierarchy(text: str) -> list[Joint]:
             joints[open_joints[-1]].offset = _numbers(take(3), "OFFSET")
         elif word == "CHANNELS" and open_joints:
             count = take(1)[0]
-            names = tuple(name.lower() for name in take(int(count) if count.isdigit() else 0))
+            counted = count.isascii() and count.isdigit()
+            names = tuple(name.lower() for name in take(int(count) if counted else 0))
             unknown = [name for name in names if name not in _CHANNELS]
-            if not count.isdigit() or unknown or len(set(names)) != len(names):
+            if not counted or unknown or len(set(names)) != len(names):
                 raise DataError(
                     f"the BVH skeleton is bad: CHANNELS {count} {' '.join(names)}",
                     expected="a number and different names such as Zrotation",
@@ -192,10 +194,10 @@ def _motion(text: str, columns: int) -> tuple[float, FloatArray]:
 
 
 def _numbers(words: list[str], where: str) -> FloatArray:
-    try:
-        numbers = np.array(words, dtype=np.float64)
-    except ValueError as error:
-        raise DataError(f"{where} holds {str(error)[-40:]}", expected="numbers") from error
+    wrong = next((word for word in words if not is_number(word)), None)
+    if wrong is not None:
+        raise DataError(f"{where} holds {wrong[:40]!r}", expected="numbers")
+    numbers = np.array(words, dtype=np.float64)
     if not np.isfinite(numbers).all():
         raise DataError(f"{where} holds a number that is not finite", expected="finite numbers")
     return numbers

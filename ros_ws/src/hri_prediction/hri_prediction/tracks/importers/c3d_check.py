@@ -17,6 +17,8 @@ MOST_FRAMES = 65535
 _LARGEST = 1 << 30
 """Such a file may be shorter than its header says, as long as it asks for no more than this [bytes]."""
 _KINDS = (-1, 1, 2, 4)
+_ANALOG = ("ANALOG:USED", "ANALOG:SCALE", "ANALOG:OFFSET")
+"""What ezc3d looks up for each analogue value without asking whether it is there."""
 
 
 def check_counts(content: bytes, order: str) -> None:
@@ -43,31 +45,49 @@ def check_counts(content: bytes, order: str) -> None:
             f"{values} analogue values need {frames * size} bytes, {there} are there",
             expected="a whole C3D file",
         )
-    _check_parameters(content, end, (content[0] - 1) * BLOCK + 4)
+    found = _parameters(content, end, (content[0] - 1) * BLOCK + 4)
+    lacking = [name for name in _ANALOG if values and not found.get(name)]
+    if lacking:
+        raise DataError(
+            f"the C3D file has analogue values, but no parameter {lacking[0]}",
+            expected="a whole C3D file",
+        )
 
 
-def _check_parameters(content: bytes, end: str, at: int) -> None:
-    """Whether each entry from ``at`` on ends where the next one begins."""
+def _parameters(content: bytes, end: str, at: int) -> dict[str, int]:
+    """How many values each parameter has, ``GROUP:NAME``; entries begin at ``at``.
+
+    Raises:
+        DataError: when one does not end where the next begins.
+    """
+    groups: dict[int, str] = {}
+    found: list[tuple[int, str, int]] = []
     try:
         while content[at] and content[at + 1]:
             length, group = struct.unpack_from("bb", content, at)
             link = at + 2 + abs(length)
             (step,) = struct.unpack_from(f"{end}H", content, link)
             text = link + 2
-            if group > 0:
+            name = content[at + 2 : link].decode("latin-1").upper()
+            if group < 0:
+                groups[-group] = name
+            else:
                 kind, count = struct.unpack_from("bB", content, text)
                 sizes = content[text + 2 : text + 2 + count]
+                found.append((group, name, math.prod(sizes)))
                 text += 2 + count + abs(kind) * math.prod(sizes)
                 if kind not in _KINDS:
                     raise IndexError(kind)
             beyond = text + 1 + content[text]
-            if beyond > (link + step if step else len(content)):
+            # ezc3d reads on from there, wherever the file says that the next one is.
+            if beyond > len(content) or (step and beyond != link + step):
                 raise IndexError(beyond)
             if not step:
-                return
+                break
             at = link + step
     except (struct.error, IndexError) as error:
         raise DataError(
             f"the C3D file is damaged: its parameter section does not hold together at byte {at}",
             expected="a whole C3D file",
         ) from error
+    return {f"{groups.get(group, '')}:{name}": number for group, name, number in found}

@@ -11,7 +11,7 @@ import numpy as np
 from hri_prediction.errors import DataError
 from hri_prediction.tracks.importers.markers import MarkerData, unique_labels
 from hri_prediction.tracks.importers.text import rows_to_arrays, table_rows
-from hri_prediction.tracks.tables import parse_number
+from hri_prediction.tracks.tables import is_number, parse_number
 
 
 def is_qtm_text(text: str) -> bool:
@@ -76,7 +76,7 @@ def _without_header(
 ) -> tuple[list[str], list[list[float]], int]:
     """Names, rows and the number of columns before the first marker, of a table without header."""
     names = [name.strip() for name in header.get("MARKER_NAMES", []) if name.strip()]
-    first = next((row for row, line in enumerate(cells) if _is_number(line[0])), None)
+    first = next((row for row, line in enumerate(cells) if is_number(line[0])), None)
     if "MARKER_NAMES" not in header or (names and first is None):
         raise DataError(
             "the QTM export has no table header",
@@ -96,11 +96,3 @@ def _without_header(
             expected=f"{bare}, or {bare + 2} with frame and time",
         )
     return names, table_rows(lines, first + 1, "\t", width), lead
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
