@@ -39,10 +39,12 @@ def test_without_arguments_the_nodes_are_listed(capsys: pytest.CaptureFixture[st
         (["hri_planner"], "It has ptomp"),
         (["hri"], "no package 'hri'"),
         (["hri", "ptomp"], "no package 'hri'"),
+        (["hri_planner", "ptomp", "-p", "a:=1"], "parameters come after --ros-args"),
+        (["hri_planner", "ptomp", "blah"], "'blah' would be ignored"),
         (["hri_sim", "ptomp"], "no node 'ptomp'; it has person, recorder, replayer, simulator"),
     ],
 )
-def test_a_name_that_is_no_node_is_refused(
+def test_what_no_node_could_use_is_refused(
     names: list[str], words: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(SystemExit) as ended:

@@ -204,6 +204,8 @@ def test_echo_says_what_it_waits_for(talker: None, capfd) -> None:
     assert echo_topic.main(["/joint_states", "--field", "nothing", "--timeout", "9"]) == 1
     assert "has no field 'nothing'" in capfd.readouterr().err
     assert echo_topic.main(["/joint_states", "--field", "a b"]) == 1
+    assert echo_topic.main(["bad topic"]) == 1
+    assert "topic 'bad topic': no valid name" in capfd.readouterr().err
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -190,10 +190,11 @@ def too_far_apart(results: dict[str, Any]) -> list[str]:
 def write_results(out: Path, results: dict[str, Any]) -> None:
     """``results.json`` and ``results.md``."""
     (out / "results.json").write_text(json.dumps(results, indent=1, allow_nan=False) + "\n")
+    smoke = " --smoke" if results["smoke"] else ""
     lines = [
         "# The planner's kernel, measured",
         "",
-        f"Made by `scripts/benchmark_kernel.py --seed {results['seed']}`.",
+        f"Made by `scripts/benchmark_kernel.py --seed {results['seed']}{smoke}`.",
         "",
         origin_line(results["origin"]),
         "",
@@ -237,7 +238,7 @@ def benchmark(
         out.mkdir(parents=True, exist_ok=True)  # what cannot be made is said before the measurement
         origin = results_origin()
         results = measure(seed, cases.SMOKE if smoke else cases.Extent(), console)
-        results["origin"] = origin
+        results |= {"smoke": smoke, "origin": origin}
         write_results(out, results)
     except HriError as error:
         print(f"error: {error}", file=sys.stderr)

@@ -142,10 +142,11 @@ COLUMNS = ("what", "ours", "NumPy", "÷ ours", "movement_primitives", "÷ ours",
 def write_results(out: Path, results: dict[str, Any]) -> None:
     """``results.json`` and ``results.md``."""
     (out / "results.json").write_text(json.dumps(results, indent=1, allow_nan=False) + "\n")
+    smoke = " --smoke" if results["smoke"] else ""
     lines = [
         "# ProMP core, measured",
         "",
-        f"Made by `scripts/benchmark_promp.py --seed {results['seed']}`.",
+        f"Made by `scripts/benchmark_promp.py --seed {results['seed']}{smoke}`.",
         "",
         origin_line(results["origin"]),
         "",
@@ -186,7 +187,7 @@ def benchmark(
         out.mkdir(parents=True, exist_ok=True)  # what cannot be made is said before the measurement
         origin = results_origin()
         results = measure(seed, cases.SMOKE if smoke else cases.Extent(), console)
-        results["origin"] = origin
+        results |= {"smoke": smoke, "origin": origin}
         write_results(out, results)
     except HriError as error:
         print(f"error: {error}", file=sys.stderr)

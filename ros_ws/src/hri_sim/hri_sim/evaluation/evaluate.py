@@ -168,8 +168,9 @@ def run_job(job: Job, out: Path, workers: int, console: Console) -> dict[str, An
     }
     (out / "results.json").write_text(json.dumps(results, indent=1, allow_nan=False) + "\n")
     text = evaluation_report(results)
+    smoke = " --smoke" if job.smoke else ""
     (out / "results.md").write_text(
-        f"{text}\nMade by `scripts/evaluate_prediction.py`. {origin_line(origin)}\n"
+        f"{text}\nMade by `scripts/evaluate_prediction.py{smoke}`. {origin_line(origin)}\n"
     )
     plot_errors(evaluation, out / "error.png")
     plot_calibration(evaluation, out / "calibration.png")

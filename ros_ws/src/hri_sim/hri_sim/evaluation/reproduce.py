@@ -166,18 +166,19 @@ def _section(name: str, results: Mapping[str, Any]) -> list[str]:
 def report(content: Mapping[str, Any]) -> str:
     """The text of ``prediction.md``."""
     results = content["evaluations"]
+    smoke = " --smoke" if content["smoke"] else ""
     knows: dict[str, str] = {}
     for found in results.values():
         knows |= found["knows"]
     lines = [
         "# Prediction of reaches, measured",
         "",
-        "Made by `scripts/reproduce_prediction.py`. Recordings are replayed sample by sample through the "
-        "predictor of the node. All figures are of the wrist: the end-point error is the distance between "
-        "what was predicted for the time at which the reach ends and where the wrist was then; regions "
-        "and negative log-likelihood (NLL, nats, metres) are over all points, 50 ms apart, from then until "
-        "the reach ends. Latency is of one sample and the prediction after it (simple predictors: of one "
-        "prediction), while other processes kept the remaining cores busy.",
+        f"Made by `scripts/reproduce_prediction.py{smoke}`. Recordings are replayed sample by sample "
+        "through the predictor of the node. All figures are of the wrist: the end-point error is the "
+        "distance between what was predicted for the time at which the reach ends and where the wrist "
+        "was then; regions and negative log-likelihood (NLL, nats, metres) are over all points, 50 ms "
+        "apart, from then until the reach ends. Latency is of one sample and the prediction after it "
+        "(simple predictors: of one prediction), while other processes kept the remaining cores busy.",
         "",
         origin_line(content["origin"]),
         "",

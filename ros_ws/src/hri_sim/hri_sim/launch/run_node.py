@@ -81,5 +81,8 @@ def main(argv: list[str] | None = None) -> int:
     if known and options.executable not in known:
         text = f"{options.package} has no node {options.executable!r}; it has {', '.join(known)}"
         parser.error(text)
+    if options.arguments and options.arguments[0] != "--ros-args":
+        text = f"{options.arguments[0]!r} would be ignored; parameters come after --ros-args: "
+        parser.error(text + "--ros-args -p NAME:=VALUE")
     path = str(find_executable(options.package, options.executable))
     os.execv(path, [path, *options.arguments])

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import rclpy
+from rclpy.exceptions import InvalidTopicNameException
 from rclpy.executors import ExternalShutdownException
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
@@ -188,7 +189,13 @@ def _echo(options: argparse.Namespace, node: Node) -> None:
         executor.spin_once(timeout_sec=0.05)
 
     try:
-        topic = node.resolve_topic_name(options.topic)
+        try:
+            topic = node.resolve_topic_name(options.topic)
+        except (InvalidTopicNameException, ValueError, RuntimeError) as error:
+            raise GraphError(
+                f"topic {options.topic!r}: no valid name",
+                expected="letters, digits, _ and /, as in /humans/bodies/tracked",
+            ) from error
         kind, qos = _wait_for(node, topic, spin, options.timeout)
         sink: _Printer | _Rate = _Rate() if options.hz else _Printer(options)
         wanted = 1 if options.once else options.count
