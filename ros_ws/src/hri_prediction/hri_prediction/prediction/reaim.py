@@ -34,6 +34,8 @@ SPACING_S = 0.1
 """Time between these moments, and length of the history that each begins with [s]."""
 REMAINING = (0.45, 0.65, 0.9, 1.2)
 """Times that a re-aimed hand still needs, as shares of the usual duration of the task."""
+RULED_OUT = -40.0
+"""Log probability below which a hypothesis is not followed any more."""
 _POSITION_SD, _VELOCITY_SD, _ACCELERATION_SD = 0.3, 2.0, 10.0
 
 
@@ -70,9 +72,12 @@ def update_aims(
 ) -> None:
     """Condition the hypotheses of one moment (H, ...) on one observation, in place.
 
-    ``drift`` is the variance that the ends have gained since the last one.
+    ``drift`` is the variance that the ends have gained since the last one. Hypotheses that are ruled out
+    (-inf) are left alone.
     """
     for h in range(logs.shape[0]):
+        if logs[h] == -math.inf:
+            continue
         for end in range(TERMS - 1, means.shape[1], TERMS):
             covariances[h, end, end] += drift
         hermite_row(time, remaining[h], rows[0])
@@ -205,12 +210,14 @@ class ReaimBank:
         passed = elapsed_s - self._history[-1][0] if self._history else 0.0
         drift = self._wander**2 * passed
         for slot in range(SLOTS):
-            if self._logs[slot, 0] > -math.inf:
+            if self._logs[slot].max() > -math.inf:
                 self._update(slot, elapsed_s, value, seen, self._logs[slot], drift)
         # Kept near 0 so that nothing is lost to rounding in long reaches.
         total = self._total()
         self._base -= total
         self._logs -= total
+        # Most are soon out of the question; changes that come later are begun afresh.
+        self._logs[self._logs < RULED_OUT] = -math.inf
         self._history.append((elapsed_s, value.copy(), seen.copy()))
         while elapsed_s - self._history[0][0] > SPACING_S + 1e-6:
             self._history.popleft()
