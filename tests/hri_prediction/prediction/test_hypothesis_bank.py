@@ -191,3 +191,16 @@ def test_unknown_task_is_as_long_and_lasts_as_long_as_the_known_ones(library, co
     expected = float(np.mean(np.square(length)))
     assert expected > config.unknown_sd**2
     assert spread[1, 3, 3] - spread[0, 3, 3] == pytest.approx(expected, rel=0.2)
+
+
+def test_small_noise_is_raised_without_losing_its_correlations(library, config):
+    task = library.tasks[0]
+    factor = np.eye(6) + 0.3 * np.tri(6, k=-1) * np.where(np.arange(6) % 2, 1.0, -1.0)
+    correlated = 0.5 * config.noise_sd**2 * factor @ factor.T
+    assert correlated.min() < 0.0
+    promp = ProMP(task.promp.basis, task.promp.mean, task.promp.covariance, correlated)
+    noise = bank_prior((dataclasses.replace(task, promp=promp),), config).noises[0]
+    assert np.diag(noise).min() == pytest.approx(config.noise_sd**2)
+    off = ~np.eye(6, dtype=bool)
+    np.testing.assert_array_equal(noise[off], correlated[off])
+    assert np.linalg.eigvalsh(noise).min() > 0.0

@@ -1,11 +1,12 @@
 r"""A bank of hypotheses (task, duration), each a Kalman filter over ProMP weights.
 
-Each observation multiplies a hypothesis' weight by its likelihood (log space, tempered because
-the model's errors are correlated in time), and a little of every weight returns to the prior, so
-that the belief can switch. The output is the first two moments of the mixture.
+Each observation multiplies a hypothesis' weight by its likelihood (in log space; ``evidence_weight``
+below 1 tempers it), and a little of every weight returns to the prior. The output is the first two
+moments of the mixture.
 
-One more task, "unknown", is a wide minimum-jerk reach to anywhere, as long as the library's usually
-are: it wins when nothing in the library explains what is seen.
+One more task, "unknown" (:mod:`.unknown`), is a wide minimum-jerk reach to anywhere: it wins once nothing
+in the library explains what is seen, which takes up to half of a reach. That a reach was re-aimed on the
+way is the matter of :mod:`.reaim`.
 """
 
 from __future__ import annotations
@@ -208,6 +209,11 @@ def _path_speed(promp: ProMP) -> float:
     return math.sqrt(float(square.max()))
 
 
+def _no_less(noise: Array, variance: float) -> Array:
+    """Noise (6, 6) with variances raised to at least ``variance``; correlations only become weaker."""
+    return noise + np.diag(np.maximum(variance - np.diag(noise), 0.0))
+
+
 def bank_prior(tasks: tuple[TaskModel, ...], config: PredictorConfig) -> BankPrior:
     """Spread every task, and "unknown", over a log-normal grid of durations."""
     basis = tasks[0].promp.basis
@@ -223,9 +229,8 @@ def bank_prior(tasks: tuple[TaskModel, ...], config: PredictorConfig) -> BankPri
         indices.append(np.full(scale.size, i))
         durations.append(model.duration_mean_s * np.exp(scale * model.duration_log_sd))
         priors.append(probability * share)
-    floor = np.eye(DIMS) * config.noise_sd**2
     index = np.concatenate(indices)
-    noises = np.stack([np.maximum(m.promp.noise, floor) for m in models])
+    noises = np.stack([_no_less(m.promp.noise, config.noise_sd**2) for m in models])
     between = np.concatenate(durations)
     speeds = np.array([_path_speed(m.promp) for m in models])[index] / between
     return BankPrior(
