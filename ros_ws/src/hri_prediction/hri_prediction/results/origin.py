@@ -13,6 +13,11 @@ from hri_prediction.results.commit import describe_commit
 UNKNOWN = "unknown"
 
 
+def available_cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0))
+
+
 def results_origin() -> dict[str, Any]:
     """Commit (``git describe``), date and machine; to be asked for before anything is measured.
 
@@ -25,7 +30,7 @@ def results_origin() -> dict[str, Any]:
         "date": datetime.now(UTC).date().isoformat(),
         "machine": {
             "cpu": cpu_model(),
-            "cores": len(os.sched_getaffinity(0)),
+            "cores": available_cores(),
             "python": platform.python_version(),
         },
     }

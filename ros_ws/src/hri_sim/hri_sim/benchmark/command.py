@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,7 +12,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from hri_prediction.errors import ConfigError
-from hri_prediction.results.origin import origin_line, results_origin
+from hri_prediction.results.origin import available_cores, origin_line, results_origin
 from hri_sim.benchmark.conditions import SPLITS, check_split
 from hri_sim.benchmark.episode import SLOWDOWNS
 from hri_sim.benchmark.planners import DEFAULT_PLANNERS, ORACLE, PLANNERS, find_planners
@@ -147,9 +146,8 @@ def benchmark_planners(
         plan = Plan(
             plan.planners, split, plan.slowdown, (first_seed,), SMOKE_TASKS, SMOKE_CONDITIONS
         )
-    cores = len(os.sched_getaffinity(0))
     try:
-        results = run_plan(plan, out, workers or cores, scheduler, console)
+        results = run_plan(plan, out, workers or available_cores(), scheduler, console)
     except KeyboardInterrupt:
         console.print(f"stopped; the same command goes on from what is in {out}", highlight=False)
         raise typer.Exit(130) from None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,7 +33,7 @@ from hri_prediction.evaluation.report import evaluation_report, figure
 from hri_prediction.evaluation.run import evaluate, has_reference
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.training import TASK_FIELDS
-from hri_prediction.results.origin import origin_line, results_origin
+from hri_prediction.results.origin import available_cores, origin_line, results_origin
 from hri_prediction.results.progress import ProgressLine
 from hri_prediction.tracks.segmentation import SegmentationConfig
 from hri_sim.people.population import FAMILIES, population
@@ -208,11 +207,6 @@ def show(results: dict[str, Any], console: Console) -> None:
     console.print(table)
     for line in results["skipped"]:
         console.print(f"skipped: {line}", highlight=False, markup=False)
-
-
-def available_cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0))
 
 
 def check_choice(option: str, value: str, choices: Sequence[str]) -> None:

@@ -27,13 +27,13 @@ from hri_prediction.evaluation.report import (
     winners,
 )
 from hri_prediction.prediction.config import PredictorConfig
-from hri_prediction.results.origin import origin_line, results_origin
+from hri_prediction.results.origin import available_cores, origin_line, results_origin
 from hri_prediction.tracks.boundaries import match_boundaries, pooled
 from hri_prediction.tracks.files import load_tracks
 from hri_prediction.tracks.labels import onset_labels, segment_labels, whole_movements
 from hri_prediction.tracks.segmentation import SegmentationConfig, find_reaches
 from hri_sim.evaluation.bars import bar_lines
-from hri_sim.evaluation.evaluate import AUTO, SIMULATED, Job, available_cores, run_job
+from hri_sim.evaluation.evaluate import AUTO, SIMULATED, Job, run_job
 from hri_sim.evaluation.unknown_targets import unknown_target_lines
 from hri_sim.people.population import FAMILIES
 
