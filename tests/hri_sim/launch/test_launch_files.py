@@ -166,6 +166,13 @@ def test_same_nodes_and_parameters_as_the_launch_script(tmp_path: Path) -> None:
         assert bool(node.on_exit) == spec.essential
 
 
+def test_another_planner_is_a_variant() -> None:
+    nodes = _launch(_path("ptomp.launch.py"), planner="itomp")
+    parameters = _plain(next(n for n in nodes if n.executable == "ptomp"))
+    assert parameters["variant"] == "itomp"
+    assert parameters["planner.time_scaling"] is False
+
+
 def test_nothing_is_recorded_unless_asked_for() -> None:
     assert "recorder" not in {n.executable for n in _launch(_path("ptomp.launch.py"))}
 

@@ -8,10 +8,12 @@ from pathlib import Path
 import pytest
 import yaml
 
+from hri_planner.ptomp.variants import find_variant
 from hri_prediction.errors import ConfigError, GraphError
 from hri_sim.launch.folder import NewFolder, RunFolders, naming
 from hri_sim.launch.parameters import CONFIGURATIONS, complete_parameters, read_parameters
 from hri_sim.launch.run import RunOptions, node_specs
+from hri_sim.launch.scene import run_library
 from hri_sim.launch.supervisor import NodeSpec
 from hri_sim.scenario.shipped import load_shipped
 
@@ -129,3 +131,25 @@ def test_an_error_names_the_option(tmp_path: Path) -> None:
     for problem in ("cannot read a.yaml", "nothing in it"):
         with pytest.raises(ConfigError, match=r"--scenario a.yaml"), naming("--scenario", "a.yaml"):
             raise ConfigError(problem)
+
+
+def test_a_peer_is_a_variant_of_the_node(tmp_path: Path) -> None:
+    scene = tmp_path / "scenario.yaml"
+    options = RunOptions(out=tmp_path, planner="itomp")
+    specs = node_specs(options, load_shipped("table_reach"), scene, None, None, scene)
+    nodes = {s.label: s for s in complete_parameters(specs, {}, "--parameters x")}
+    wanted = find_variant("itomp")
+    assert nodes["ptomp"].parameters["variant"] == "itomp"
+    for name, value in dataclasses.asdict(wanted.config).items():
+        assert nodes["ptomp"].parameters[f"planner.{name}"] == value
+    assert nodes["predictor"].parameters["library"] == ""
+
+
+def test_a_peer_that_is_told_of_constant_velocity_takes_no_library(tmp_path: Path) -> None:
+    scene = load_shipped("table_reach")
+    options = RunOptions(out=tmp_path, planner="itomp")
+    assert run_library(options, scene, None, print) is None
+    with pytest.raises(ConfigError, match="constant velocity"):
+        run_library(
+            dataclasses.replace(options, library=tmp_path / "library.npz"), scene, None, print
+        )

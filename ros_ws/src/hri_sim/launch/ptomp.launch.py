@@ -14,6 +14,7 @@ heard on this machine alone, unless discovery is set up otherwise, as by
 """
 
 import os
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 from typing import List  # noqa: UP035
@@ -35,6 +36,7 @@ from hri_sim.scenario.schema import load_scenario
 ARGUMENTS = {
     "scenario": ("", "scenario file (YAML); empty: the table scene that ships"),
     "seed": ("0", "seed of the person, the tracking noise and the planner"),
+    "planner": ("ptomp", "motion planner: ptomp, itomp, stomp or another variant"),
     "library": ("", "task library of train_promp.py; empty: constant-velocity prediction"),
     "record": ("", "bag folder to create; empty: nothing is recorded"),
     "human_file": ("", "recording to replay on cue instead of the simulated person"),
@@ -77,18 +79,13 @@ def nodes(context: LaunchContext) -> list[Node]:
     shipped = resources.files("hri_sim").joinpath("scenarios/table_reach.yaml")
     path = Path(values["scenario"] or str(shipped)).resolve()
     library = Path(values["library"]).resolve() if values["library"] else None
-    options = RunOptions(out=Path(), seed=int(values["seed"]), library=library)
+    options = RunOptions(
+        out=Path(), seed=int(values["seed"]), planner=values["planner"], library=library
+    )
     placement = None
     if values["human_file"]:
         file, trial = Path(values["human_file"]).resolve(), int(values["trial"])
-        options = RunOptions(
-            out=Path(),
-            seed=options.seed,
-            library=library,
-            human="replay",
-            human_file=file,
-            trial=trial,
-        )
+        options = replace(options, human="replay", human_file=file, trial=trial)
         place = values["place"]
         placement = Placement.parse(place) if place else suggest_placement(load_tracks(file)[trial])
     bag = Path(values["record"]).resolve()

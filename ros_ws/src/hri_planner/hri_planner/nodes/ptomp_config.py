@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hri_planner.ptomp.variants import variants
 from hri_planner.supervision.freshness import Limits
 from hri_planner.supervision.rules import Rules
 from hri_prediction.config import parameter, validate
@@ -24,6 +25,12 @@ class PtompNodeConfig:
     """How the node meets the graph."""
 
     seed: int = parameter(0, "Seed of the optimiser's noise", low=0)
+    variant: str = parameter(
+        "ptomp",
+        "Which planner: its settings are the defaults of the planner.* parameters. Those of stomp plan "
+        "once, within one interval; itomp is meant for a predictor without a library",
+        choices=tuple(variants()),
+    )
     target_names: tuple[str, ...] = parameter((), "Names of the targets that goals may name")
     target_positions: tuple[float, ...] = parameter(
         (), "Their tool positions, three numbers each", unit="m"

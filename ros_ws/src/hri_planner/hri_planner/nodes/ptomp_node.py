@@ -22,9 +22,10 @@ from visualization_msgs.msg import MarkerArray
 
 from hri_planner.nodes.ptomp_config import PtompNodeConfig
 from hri_planner.nodes.replanning import Cycle, Failed, Replanning
-from hri_planner.ptomp.config import PtompConfig, load_default_config
+from hri_planner.ptomp.config import PtompConfig
 from hri_planner.ptomp.result import ReplanResult
 from hri_planner.ptomp.situation import situation
+from hri_planner.ptomp.variants import find_variant
 from hri_planner.robot.model import load_robot
 from hri_planner.ros.action import TickedActionServer
 from hri_planner.ros.bodies import Bodies
@@ -70,7 +71,7 @@ class PtompNode(HriNode):
         super().__init__("ptomp", period_s=TICK_S, **kwargs)
         self._config = config = declare_config(self, PtompNodeConfig)
         planner = declare_config(
-            self, PtompConfig, prefix="planner", defaults=load_default_config()
+            self, PtompConfig, prefix="planner", defaults=find_variant(config.variant).config
         )
         self._robot = load_robot()
         self._limits = config.limits

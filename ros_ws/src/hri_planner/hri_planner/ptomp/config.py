@@ -37,6 +37,19 @@ class PtompConfig:
         "double", "Numbers of the optimiser; single is faster and rounds to micrometres",
         choices=("double", "single"),
     )  # fmt: skip
+    interleaved: bool = parameter(
+        True, "Replan while moving; false: optimise once, before the motion, as STOMP does"
+    )
+    weights: str = parameter(
+        "total", "Roll-outs are weighted by their total cost, or at each time step by the cost there",
+        choices=("total", "per_step"),
+    )  # fmt: skip
+    update_smoothing: bool = parameter(
+        False, "Smooth updates by STOMP's matrix M; needs weights per_step"
+    )
+    accept_worse: bool = parameter(
+        False, "Go on from every update, as STOMP does; false: only from those that cost less"
+    )
     exponentiated_cost_sensitivity: float = parameter(
         10.0, "Sharpness of the weights of roll-outs by total cost", low=0.1, high=100.0
     )
@@ -58,6 +71,14 @@ class PtompConfig:
     margin: float = parameter(
         0.07, "Clearance below which collision costs begin", unit="m", low=0.0, high=0.5
     )
+    margin_growth: float = parameter(
+        0.0, "The margin grows so much with each second ahead; needs kappa above 0", unit="m/s",
+        low=0.0, high=2.0,
+    )  # fmt: skip
+    collision_cost: str = parameter(
+        "margin", "By how deep the margin is entered, or by the place along the arm (eq. 6.10)",
+        choices=("margin", "literal"),
+    )  # fmt: skip
     margin_min: float = parameter(
         0.03, "The margin shrinks to this when the arrival is overdue", unit="m", low=0.0, high=0.5
     )
@@ -75,6 +96,10 @@ class PtompConfig:
         0.02, "Clearance below which the contact cost begins", unit="m", low=0.0, high=0.2
     )
     effort_weight: float = parameter(0.002, "Weight of kinetic and potential energy", low=0.0)
+    gravity: float = parameter(
+        9.81, "Gravity of the potential energy; 0.5 gives eq. 6.5 as it was printed", unit="m/s^2",
+        low=0.0, high=20.0,
+    )  # fmt: skip
     jerk_weight: float = parameter(1e-5, "Weight of the squared jerk of the tool", low=0.0)
     control_weight: float = parameter(0.01, "Weight of squared joint accelerations", low=0.0)
     joint_limit_weight: float = parameter(20.0, "Joint limit cost K1 at the limit", low=0.0)
@@ -108,6 +133,12 @@ class PtompConfig:
         0.15, "Time after a change of posture in which the gain must be double", unit="s", low=0.0,
         high=10.0,
     )  # fmt: skip
+    time_scaling: bool = parameter(
+        True, "Slow down, wait, retreat or set out anew where there is no safe way now"
+    )
+    ways_around: bool = parameter(
+        True, "Where the plan is blocked, try bent paths and go on with the best one"
+    )
     hold_horizon: float = parameter(
         0.5, "Time beyond the arrival that is looked at", unit="s", low=0.1, high=3.0
     )
@@ -122,6 +153,15 @@ class PtompConfig:
         if self.kappa_min > self.kappa:
             raise ConfigError(
                 f"kappa_min = {self.kappa_min}", expected=f"at most kappa = {self.kappa}"
+            )
+        if self.margin_growth > 0.0 and self.kappa_min <= 0.0:
+            raise ConfigError(
+                f"margin_growth = {self.margin_growth} with kappa_min = {self.kappa_min}",
+                expected="kappa and kappa_min above 0, through which the margin grows",
+            )
+        if self.update_smoothing and self.weights != "per_step":
+            raise ConfigError(
+                f"update_smoothing with weights = {self.weights}", expected="weights per_step"
             )
 
 

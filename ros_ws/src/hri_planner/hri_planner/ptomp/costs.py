@@ -52,6 +52,7 @@ class CostModel:
     def __init__(self, robot: RobotModel, config: PtompConfig, table: TableBox | None) -> None:
         self.dtype = np.dtype(dtype_of(config))
         self._kappa = config.kappa
+        self._growth = config.margin_growth
         self._body = pack_robot(robot).astype(self.dtype)
         self._workspace = np.zeros(layout.WORKSPACE_ROWS * layout.ROW, self.dtype)
         self._parameters = np.zeros(layout.PARAMETER_COUNT, self.dtype)
@@ -75,6 +76,8 @@ class CostModel:
             layout.P_GOAL: config.goal_weight,
             layout.P_CONTROL: config.control_weight,
             layout.P_PARALLEL: 50.0 * np.finfo(self.dtype).eps,
+            layout.P_GRAVITY: config.gravity,
+            layout.P_LITERAL: float(config.collision_cost == "literal"),
         }.items():
             self._parameters[position] = value
         self._terms = np.empty((0, layout.TERM_COUNT), self.dtype)
@@ -107,9 +110,15 @@ class CostModel:
         self.columns = len(times_s)
         self._parameters[layout.P_STEP] = times_s[1] - times_s[0]
         self._parameters[layout.P_MARGIN] = margin
-        self._parameters[layout.P_KAPPA] = self._kappa if kappa is None else kappa
+        kappa = self._kappa if kappa is None else kappa
+        self._parameters[layout.P_KAPPA] = kappa
         self._parameters[layout.P_GOAL_X : layout.P_GOAL_X + 3] = goal
         humans, radii = pack_forecasts(forecasts, times_s)
+        if self._growth > 0.0:
+            # The kernels add kappa times the standard deviations, so the growth goes in by that.
+            ahead = np.maximum(times_s - times_s[2], 0.0) * (self._growth / kappa)
+            deviations = humans.reshape(-1, layout.ARM_ROWS, layout.ROW)
+            deviations[:, layout.ARM_SIGMA : layout.ARM_RISE, : self.columns] += ahead
         self.problem = (
             self._body,
             humans.astype(self.dtype, copy=False),

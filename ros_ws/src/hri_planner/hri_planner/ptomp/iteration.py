@@ -128,6 +128,19 @@ def explore(
 
 
 @njit
+def keep_elite(rollout: Any, cost: Any, elites: Any, elite_costs: Any, filled: int) -> int:
+    """Put a roll-out (7, ROW) in the place of the worst elite if it is better; where, or -1."""
+    if elites.shape[0] == 0:
+        return -1
+    slot = int(np.argmax(elite_costs))
+    if not cost < elite_costs[slot]:
+        return -1
+    elite_costs[slot] = cost
+    _copy(rollout, elites[slot], filled)
+    return slot
+
+
+@njit
 def average(
     incumbent: Any,
     filled: int,
@@ -169,12 +182,7 @@ def average(
         for i in range(filled):
             row[i] = row[i] * share if FIRST_FREE <= i < free_until else fixed[i]
     for index in range(count):
-        if kept == 0:
-            break
-        slot = np.argmax(elite_costs)
-        if costs[index] < elite_costs[slot]:
-            elite_costs[slot] = costs[index]
-            _copy(rollouts[index], elites[slot], filled)
+        keep_elite(rollouts[index], costs[index], elites, elite_costs, filled)
 
 
 @njit

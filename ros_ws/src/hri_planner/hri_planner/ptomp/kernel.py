@@ -32,9 +32,11 @@ from hri_planner.ptomp.layout import (
     P_EFFORT,
     P_GOAL,
     P_GOAL_X,
+    P_GRAVITY,
     P_JERK,
     P_LIMIT_SCALE,
     P_LIMITS,
+    P_LITERAL,
     P_SPEED,
     P_SPEED_SHARE,
     P_STEP,
@@ -47,14 +49,14 @@ from hri_planner.ptomp.layout import (
     VELOCITY,
     WRIST,
 )  # fmt: skip
+from hri_planner.ptomp.literal import literal_collisions
 from hri_prediction.compiled import njit
 
-_TABLE_HINGE = 1.0 / 0.02
-_GRAVITY = 9.81
-_STEEP = 20.0  # the speed cost is one where the speed exceeds its share of the limit by 1 / 20
-_STEEP_ACCELERATION = 10.0
-_LIMIT_SCALES = 10.0  # beyond so many scales from a limit its cost is zero (there below 5e-5 of K1)
-_LIMIT_MOST = 50.0
+TABLE_HINGE = 1.0 / 0.02
+STEEP = 20.0  # the speed cost is one where the speed exceeds its share of the limit by 1 / 20
+STEEP_ACCELERATION = 10.0
+LIMIT_SCALES = 10.0  # beyond so many scales from a limit its cost is zero (there below 5e-5 of K1)
+LIMIT_MOST = 50.0
 
 
 @njit(fastmath=FAST)
@@ -62,7 +64,7 @@ def _limit_costs(row: Any, padded: int, lower: Any, upper: Any, scale: Any, free
     """Sum of exp(x / scale) of one joint, x beyond its nearer limit (eq. 6.11)."""
     real = row.dtype.type
     zero, one = real(0.0), real(1.0)
-    least, most = real(-_LIMIT_SCALES), real(_LIMIT_MOST)
+    least, most = real(-LIMIT_SCALES), real(LIMIT_MOST)
     inverse, part = one / scale, real(1.0 / 64.0)
     c3, c4, c5 = real(1.0 / 6.0), real(1.0 / 24.0), real(1.0 / 120.0)
     c6, c7, c8 = real(1.0 / 720.0), real(1.0 / 5040.0), real(1.0 / 40320.0)
@@ -106,15 +108,15 @@ def _joint_costs(q: Any, columns: int, body: Any, par: Any, work: Any, terms: An
     inverse = real(1.0) / step
     square = inverse * inverse
     largest = par[P_ACCELERATION_LIMIT]
-    steep_a, steep_v = real(_STEEP_ACCELERATION) / largest, real(_STEEP)
+    steep_a, steep_v = real(STEEP_ACCELERATION) / largest, real(STEEP)
     limits, speed, acceleration, control = zero, zero, zero, zero
     ahead = work[AHEAD * ROW + 2 : (AHEAD + 1) * ROW]
     for joint in range(7):
         q0 = q[joint]
         q1, q2 = q0[1:], q0[2:]
         full = inverse / body[VELOCITY + joint]
-        low = body[LOWER + joint] + real(_LIMIT_SCALES) * scale
-        high = body[UPPER + joint] - real(_LIMIT_SCALES) * scale
+        low = body[LOWER + joint] + real(LIMIT_SCALES) * scale
+        high = body[UPPER + joint] - real(LIMIT_SCALES) * scale
         # Sums of this joint alone: the next one need not wait until they are added up.
         bends, hard, fast, outside = zero, zero, zero, zero
         for i in range(padded):
@@ -152,7 +154,7 @@ def _effort(columns: int, body: Any, par: Any, work: Any) -> Any:
     inverse = half / par[P_STEP]
     m1, m2, m3 = body[MASSES], body[MASSES + 1], body[MASSES + 2]
     # Heights of the middles of the parts: half the sum of their ends' heights.
-    weight = half * real(_GRAVITY)
+    weight = half * par[P_GRAVITY]
     lift1, lift2, lift3 = weight * (m1 + m2), weight * (m2 + m3), weight * m3
     bottom = weight * m1 * body[LENGTHS]
     e, w, t = work[ELBOW * ROW :], work[WRIST * ROW :], work[TOOL * ROW :]
@@ -198,7 +200,7 @@ def _place_costs(columns: int, body: Any, par: Any, work: Any, terms: Any) -> An
     """Collision, contact, table and goal; returns the smallest clearance from the hand-over on [m]."""
     real = work.dtype.type
     zero = real(0.0)
-    step, far, steep = par[P_STEP], real(FAR), real(_TABLE_HINGE)
+    step, far, steep = par[P_STEP], real(FAR), real(TABLE_HINGE)
     # Elbow and wrist end the wider capsules; the hand's own radius holds at the tool.
     low = (par[P_TABLE_HEIGHT] + body[RADII + 1]) * steep
     low_tool = (par[P_TABLE_HEIGHT] + body[RADII + 2]) * steep
@@ -238,6 +240,8 @@ def trajectory_costs(
     Arguments as :func:`many_costs`, whose workspace has its columns marked already.
     """
     distances(q, columns, body, humans, human_radii, par, work)
+    if par[P_LITERAL] > par.dtype.type(0.0):
+        literal_collisions(columns, body, humans, human_radii, par, work)
     nearest = _place_costs(columns, body, par, work, terms)
     terms[2] = par[P_EFFORT] * par[P_STEP] * _effort(columns, body, par, work)
     terms[3] = par[P_JERK] * par[P_STEP] * _jerk(columns, par, work)

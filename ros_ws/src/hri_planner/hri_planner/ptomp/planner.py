@@ -40,6 +40,7 @@ class PlannerSnapshot:
     posture: FloatArray
     arrives: bool
     posture_changed_s: float
+    settled: bool
 
 
 class PtompPlanner:
@@ -77,6 +78,7 @@ class PtompPlanner:
         self._duration_s = 1.5
         self._arrives = False
         self._posture_changed_s = -np.inf
+        self._settled = False
 
     def start(
         self,
@@ -132,6 +134,7 @@ class PtompPlanner:
         self._start_s, self._duration_s = time0_s, best[2]
         self._arrives = True
         self._posture_changed_s = -np.inf
+        self._settled = False
         self._search.forget()
         self.stage = "reaching"
         self.plan = self._quintic_plan(state, best[1], best[2], time0_s)
@@ -184,14 +187,16 @@ class PtompPlanner:
     def snapshot(self) -> PlannerSnapshot:
         """What the next replan starts from; see :meth:`restore`."""
         return PlannerSnapshot(
-            self.plan, self.stage, self._posture, self._arrives, self._posture_changed_s
-        )
+            self.plan, self.stage, self._posture, self._arrives, self._posture_changed_s,
+            self._settled,
+        )  # fmt: skip
 
     def restore(self, snapshot: PlannerSnapshot) -> None:
         """Go back to an earlier state, because the plan made since never took effect."""
         self.plan, self.stage = snapshot.plan, snapshot.stage
         self._posture, self._arrives = snapshot.posture, snapshot.arrives
         self._posture_changed_s = snapshot.posture_changed_s
+        self._settled = snapshot.settled
 
     def finished(self, time_s: float) -> bool:
         """Whether the tool rests at the goal at this time of the plan clock."""
@@ -208,6 +213,9 @@ class PtompPlanner:
         deadline: Callable[[], bool] | None = None,
     ) -> ReplanResult:
         """Optimise the rest of the motion with the newest forecasts.
+
+        A planner that is not interleaved does so once, at the first replan of a reach; afterwards it
+        only says what has become of its plan.
 
         Args:
             handover_s: Plan-clock time at which the new plan takes effect [s].
@@ -246,7 +254,10 @@ class PtompPlanner:
             late=late,
             forecasts=tuple(forecasts),
         )
-        chosen, done = self._search.run(kept, grid, task, budget, deadline)
+        chosen, done = kept, 0
+        if not self._settled:
+            chosen, done = self._search.run(kept, grid, task, budget, deadline)
+            self._settled = not self.config.interleaved
         plan = chosen.motion.to_plan(grid)
         if chosen.motion is not motion and not self._keeps_limits(plan):
             chosen, plan = kept, motion.to_plan(grid)

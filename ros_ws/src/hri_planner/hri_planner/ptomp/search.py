@@ -153,7 +153,18 @@ class MotionSearch:
     def _proposals(self, kept: Motion, grid: Grid, task: Task) -> Iterator[list[Motion]]:
         """Other motions, those first that a robot in trouble can least do without."""
         config, robot = self._config, self._robot
-        limit = config.acceleration_limit
+        if config.time_scaling:
+            yield from self._other_timings(kept, grid, task)
+        if task.trouble and config.ways_around:
+            yield detour_motions(kept, grid, robot)
+            end = min(grid.knots - 1, int(LOOK_S / grid.step))
+            if kept.arrival is not None and end > kept.arrival:
+                yield [replace(kept, kind="excursion", arrival=end)]
+        yield posture_motions(kept, grid, robot, task.goal, config.posture_candidates, self._rng)
+
+    def _other_timings(self, kept: Motion, grid: Grid, task: Task) -> Iterator[list[Motion]]:
+        """Slower, later or stopped motions, fresh ones, and retreats."""
+        robot, limit = self._robot, self._config.acceleration_limit
         if task.trouble:
             stop = stop_motion(robot, limit, grid)
             yield [] if stop is None else [stop]
@@ -163,11 +174,6 @@ class MotionSearch:
                 yield direct_motions(robot, limit, grid, posture)
         if task.trouble:
             yield retreat_motions(grid, robot, limit, task.forecasts, task.home)
-            yield detour_motions(kept, grid, robot)
-            end = min(grid.knots - 1, int(LOOK_S / grid.step))
-            if kept.arrival is not None and end > kept.arrival:
-                yield [replace(kept, kind="excursion", arrival=end)]
-        yield posture_motions(kept, grid, robot, task.goal, config.posture_candidates, self._rng)
 
     def _goal_postures(self, kept: Motion, task: Task) -> list[FloatArray]:
         """The present final posture and, off the goal, those nearest to where the plan is."""
@@ -202,7 +208,7 @@ class MotionSearch:
             if len(chosen) == _TRIED:
                 break
         way = None
-        if deadline is None or not deadline():
+        if self._config.ways_around and (deadline is None or not deadline()):
             way = self._best_way_around(grid, task, starts[0].motion)
         if way is not None:
             chosen.append(way)

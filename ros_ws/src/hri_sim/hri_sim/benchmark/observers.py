@@ -11,6 +11,7 @@ from hri_planner.ptomp.forecast import HumanForecast, forecast_of
 from hri_prediction.arm.geometry import ArmRadii, FloatArray
 from hri_prediction.prediction import ReachPredictor, ReachState, TaskLibrary
 from hri_prediction.tracks.track import ArmSample
+from hri_sim.benchmark.prior import PriorObserver
 from hri_sim.people.person import SimulatedPerson
 
 _STEP_S = 0.02
@@ -78,9 +79,11 @@ class _Oracle:
 
 OBSERVERS: dict[str, Callable[[SimulatedPerson, TaskLibrary], Observer]] = {
     "promp": lambda person, library: _Predicting(library),
+    "prior": lambda person, library: PriorObserver(library),
     "constant_velocity": lambda person, library: _Predicting(None),
     "staying": lambda person, library: _Staying(),
     "oracle": lambda person, library: _Oracle(person),
 }
-"""By the quality of the prediction: learnt from the task's recorded reaches, at constant velocity,
-none (the arm stays where it is seen), and perfect. All but the oracle see tracked samples only."""
+"""By the quality of the prediction: learnt from the task's recorded reaches and updated by what is seen;
+the same before anything is seen of the reach; at constant velocity; none (the arm stays where it is seen);
+and perfect. All but the oracle see tracked samples only."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from hri_planner.ptomp import PtompConfig, load_default_config
 from hri_planner.ptomp.plan import JointPlan, connect
+from hri_planner.ptomp.variants import variants
 from hri_planner.robot import RobotModel
 from hri_prediction.config import from_mapping
 from hri_prediction.errors import ConfigError
@@ -43,21 +44,13 @@ class PlannerSetup:
 
 
 PLANNERS = {
-    setup.name: setup
-    for setup in (
-        PlannerSetup("ptomp", "PTOMP as it is configured by default, with ProMP prediction"),
-        PlannerSetup(
-            "ptomp_velocity",
-            "the same, told that a reach goes on at constant velocity",
-            "constant_velocity",
-        ),
-        PlannerSetup(
-            "ptomp_staying", "the same, told that the arm stays where it is seen", "staying"
-        ),
-        PlannerSetup(
-            NOMINAL, "minimum-jerk motion to the nearest goal posture, whoever is there", None
-        ),
-    )
+    **{
+        name: PlannerSetup(name, found.text, found.prediction, tuple(found.settings.items()))
+        for name, found in variants().items()
+    },
+    NOMINAL: PlannerSetup(
+        NOMINAL, "minimum-jerk motion to the nearest goal posture, whoever is there", None
+    ),
 }
 """Those that can be asked for."""
 DEFAULT_PLANNERS = ("ptomp", NOMINAL)

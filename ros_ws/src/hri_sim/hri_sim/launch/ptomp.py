@@ -9,11 +9,12 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from hri_planner.ptomp.variants import live_names
 from hri_prediction.errors import ConfigError
 from hri_sim.launch.command import conduct
 from hri_sim.launch.run import RunOptions
 
-PLANNERS = ("ptomp",)
+PLANNERS = live_names()
 HUMANS = ("simulated", "replay")
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
@@ -37,7 +38,13 @@ def one_of(name: str, value: str, allowed: tuple[str, ...]) -> str:
 
 @app.command(context_settings={"help_option_names": ["-h", "--help"]})
 def launch(
-    planner: Annotated[str, typer.Option(help="Motion planner: ptomp.")] = "ptomp",
+    planner: Annotated[
+        str,
+        typer.Option(
+            help="Motion planner: ptomp, its peers itomp (told that a reach goes on at constant velocity) "
+            "and stomp (plans once), or another of " + ", ".join(PLANNERS[3:]) + "."
+        ),
+    ] = "ptomp",
     human: Annotated[
         str,
         typer.Option(
@@ -64,7 +71,7 @@ def launch(
         Path | None,
         typer.Option(
             help="Task library of train_promp.py. Default: trained on simulated reaches of the "
-            "scenario; with --human replay: none (constant velocity)."
+            "scenario; with --human replay, or for itomp: none (constant velocity)."
         ),
     ] = None,
     parameters: Annotated[

@@ -16,6 +16,7 @@ import psutil
 from rich.console import Console
 from rich.markup import escape
 
+from hri_planner.ptomp.variants import find_variant
 from hri_prediction.errors import HriError
 from hri_prediction.results.origin import results_origin
 from hri_prediction.tracks.placement import Placement
@@ -48,7 +49,7 @@ class RunOptions:
         seed: Seed of everything random.
         scenario: Scenario file; none: drawn by the seed.
         reaches: Reaches of a drawn scenario; none: 3, or as many as fit a recording.
-        planner: Name of the planner.
+        planner: Name of the planner, one of :func:`hri_planner.ptomp.variants.live_names`.
         human: ``simulated`` or ``replay``.
         human_file: Recording to replay.
         trial: Track of it.
@@ -100,8 +101,11 @@ def node_specs(
     """The nodes of a ptomp run, each with the parameters that are not as by default."""
     common = {"scenario": str(scenario_path), "seed": options.seed}
     names = list(scenario.targets)
+    variant = find_variant(options.planner)
     ptomp: dict[str, Any] = {
         "seed": options.seed,
+        "variant": variant.name,
+        **{f"planner.{name}": value for name, value in variant.settings.items()},
         "target_names": names,
         "target_positions": [float(v) for name in names for v in scenario.targets[name]],
         "table_center": [float(v) for v in scenario.table.center],
@@ -110,7 +114,7 @@ def node_specs(
     specs = [
         NodeSpec("hri_sim", "simulator", {**common, "command_timeout": COMMAND_TIMEOUT_S}),
         NodeSpec("hri_prediction", "predictor", {"library": str(library) if library else ""}),
-        NodeSpec("hri_planner", options.planner, ptomp),
+        NodeSpec("hri_planner", "ptomp", ptomp),
         NodeSpec(
             "hri_sim",
             "recorder",

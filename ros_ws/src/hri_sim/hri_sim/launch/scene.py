@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hri_planner.ptomp.variants import find_variant
 from hri_prediction.errors import ConfigError
 from hri_prediction.prediction.facing import facing_warning
 from hri_prediction.prediction.library import TaskLibrary, train_library
@@ -97,9 +98,17 @@ def run_library(
         tell: Takes a line about a library that is given, and one when it does not suit.
 
     Raises:
+        ConfigError: when the planner is one that is told of constant velocity.
         DataError: when it cannot be read.
     """
+    learnt = find_variant(options.planner).prediction == "promp"
     if options.library is not None:
+        if not learnt:
+            raise ConfigError(
+                f"--library with --planner {options.planner}",
+                expected="no library: it is told that a reach goes on at constant velocity",
+                hint="leave --library out, or use another planner",
+            )
         with naming("--library", options.library):
             given = TaskLibrary.load(
                 options.library
@@ -108,7 +117,7 @@ def run_library(
         if facing is not None and (warning := facing_warning(given, facing)):
             tell(f"warning: {warning}")
         return options.library.resolve()
-    if options.human != "simulated":
+    if options.human != "simulated" or not learnt:
         return None
     library = scenario_library(scenario, options.seed)
     if library is None:
