@@ -22,3 +22,5 @@ def test_unusable_values_are_refused():
         PtompConfig(num_timesteps=5)
     with pytest.raises(ConfigError, match="margin_min"):
         PtompConfig(margin=0.02)
+    with pytest.raises(ConfigError, match="wait_cost"):
+        PtompConfig(late_weight=1.0, wait_cost=1.0)

@@ -12,6 +12,9 @@ from numpy.typing import DTypeLike
 from hri_prediction.config import from_mapping, parameter, validate
 from hri_prediction.errors import ConfigError
 
+LOOK_S = 2.2
+"""Alternatives may arrive so late; with the tail, the longest horizon there is."""
+
 
 @dataclass(frozen=True)
 class PtompConfig:
@@ -123,6 +126,12 @@ class PtompConfig:
     goal_weight: float = parameter(
         1.0, "Cost of each metre and second away from the goal; higher waits less", low=0.0
     )
+    late_weight: float = parameter(
+        0.5, "Cost of each second until the arrival, by which motions are compared", low=0.0
+    )
+    wait_cost: float = parameter(
+        1.5, "Cost of not arriving, by which they are compared; above 2.2 s of late_weight", low=0.0
+    )
     posture_candidates: int = parameter(
         16, "Final postures tried at each replan (0: keep the first)", low=0, high=200
     )
@@ -153,6 +162,12 @@ class PtompConfig:
         if self.kappa_min > self.kappa:
             raise ConfigError(
                 f"kappa_min = {self.kappa_min}", expected=f"at most kappa = {self.kappa}"
+            )
+        if self.wait_cost < LOOK_S * self.late_weight:
+            raise ConfigError(
+                f"wait_cost = {self.wait_cost} with late_weight = {self.late_weight}",
+                expected=f"at least {LOOK_S * self.late_weight:g}: waiting must not be cheaper than a "
+                "late arrival",
             )
         if self.margin_growth > 0.0 and self.kappa_min <= 0.0:
             raise ConfigError(

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hri_planner.ptomp.config import PtompConfig
+from hri_planner.ptomp.config import LOOK_S, PtompConfig
 from hri_planner.ptomp.costs import CostModel, TableBox
 from hri_planner.ptomp.forecast import HumanForecast
 from hri_planner.ptomp.layout import MAX_COLUMNS, TERMS
 from hri_planner.ptomp.motion import Grid, Motion, from_plan
 from hri_planner.ptomp.plan import JointPlan, connect
 from hri_planner.ptomp.result import ReplanResult
-from hri_planner.ptomp.search import LOOK_S, Candidate, MotionSearch, Task
+from hri_planner.ptomp.search import MotionSearch, Task, candidate
 from hri_planner.ptomp.timing import fastest_duration
 from hri_planner.robot.ik import ik_candidates
 from hri_planner.robot.model import RobotModel
@@ -241,7 +241,7 @@ class PtompPlanner:
             self._costs.bind(grid.columns_s, self._goal, forecasts, *margin)
             motion = from_plan(present, grid, self._arrives)
             totals = self._costs.evaluate(motion.columns(grid)[None])[0]
-        kept = Candidate(motion, float(totals[0]), grid.step)
+        kept = candidate(self.config, motion, float(totals[0]), grid)
         settled = handover_s - self._posture_changed_s >= self.config.posture_hold
         late = self._arrives and remaining > 0.0 and present.end_s > self._nominal_end_s + _LATE_S
         task = Task(

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hri_planner.ptomp.around import WayAround
-from hri_planner.ptomp.config import PtompConfig
+from hri_planner.ptomp.config import LOOK_S, PtompConfig
 from hri_planner.ptomp.costs import CostModel
 from hri_planner.ptomp.detour import detour_motions, retreat_motions
 from hri_planner.ptomp.forecast import HumanForecast
@@ -24,11 +24,6 @@ from hri_planner.robot.model import RobotModel
 
 FloatArray = NDArray[np.float64]
 
-LOOK_S = 2.2
-"""Alternatives may arrive so late; with the tail, the longest horizon there is."""
-
-_LATE_COST = 0.1  # cost of each second until the arrival
-_WAIT_COST = 0.5  # cost of not arriving at all, so that creeping about the goal never pays
 _KEEP = 0.95  # an alternative must cost less than this share of the present plan
 _GOAL_TOLERANCE = 1e-7  # m
 _ROUND_SHARE = 4  # first round: each start gets 1/4 of the iterations
@@ -62,17 +57,24 @@ class Task:
 
 @dataclass(frozen=True)
 class Candidate:
-    """A motion and its cost on the bound cost model."""
+    """A motion and its cost on the bound cost model.
+
+    Attributes:
+        motion: The motion.
+        cost: Its cost.
+        rank: Cost by which motions are chosen: sooner is better, not to arrive is worst.
+    """
 
     motion: Motion
     cost: float
-    step: float
+    rank: float
 
-    @property
-    def rank(self) -> float:
-        """Cost by which motions are chosen: sooner is better, not to arrive is worst."""
-        arrival = self.motion.arrival
-        return self.cost + (_WAIT_COST if arrival is None else _LATE_COST * arrival * self.step)
+
+def candidate(config: PtompConfig, motion: Motion, cost: float, grid: Grid) -> Candidate:
+    """A motion on a grid with its cost, ranked."""
+    arrival = motion.arrival
+    later = config.wait_cost if arrival is None else config.late_weight * arrival * grid.step
+    return Candidate(motion, cost, cost + later)
 
 
 class MotionSearch:
@@ -142,7 +144,7 @@ class MotionSearch:
         posture_share = 1.0 - config.posture_gain * (1.0 if task.settled else 2.0)
         starts = [kept]
         for motion, total in zip(others, totals, strict=True):
-            other = Candidate(motion, float(total), grid.step)
+            other = candidate(config, motion, float(total), grid)
             share = posture_share if motion.kind == "posture" else _KEEP
             if kept.motion.arrival is None and motion.arrival is not None:
                 share = 1.0
@@ -228,7 +230,7 @@ class MotionSearch:
             return None
         totals = self._costs.evaluate(np.stack([way.columns(grid) for way in ways]))[0]
         best = int(np.argmin(totals))
-        return Candidate(ways[best], float(totals[best]), grid.step)
+        return candidate(self._config, ways[best], float(totals[best]), grid)
 
     def _improve(
         self, start: Candidate, grid: Grid, budget: int, deadline: Callable[[], bool] | None
@@ -251,4 +253,4 @@ class MotionSearch:
         if result.cost >= start.cost:
             return start, result.iterations
         moved = motion.moved((result.trajectory - columns)[:, 2:].T, grid.step)
-        return Candidate(moved, result.cost, grid.step), result.iterations
+        return candidate(self._config, moved, result.cost, grid), result.iterations
