@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 
 from hri_prediction.errors import ConfigError
+from hri_sim.people.changes import CHANGE, ChangedMind
 from hri_sim.people.motion import HandMotion
 from hri_sim.people.population import (
-    CHANGE,
     FAMILIES,
     TARGETS,
-    ChangedMind,
     draw_person,
     population,
     record_reach,

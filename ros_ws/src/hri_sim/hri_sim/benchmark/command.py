@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,7 +18,9 @@ from hri_prediction.errors import ConfigError
 from hri_prediction.results.origin import available_cores, origin_line, results_origin
 from hri_sim.benchmark.conditions import SPLITS, check_split
 from hri_sim.benchmark.episode import SLOWDOWNS
+from hri_sim.benchmark.execution import PAPER, check_execution
 from hri_sim.benchmark.planners import DEFAULT_PLANNERS, ORACLE, PLANNERS, find_planners
+from hri_sim.benchmark.realtime_report import REALTIME_TASKS, measure_planners, realtime_report
 from hri_sim.benchmark.report import (
     SHARE_HEADS,
     plot_clearance,
@@ -25,10 +30,48 @@ from hri_sim.benchmark.report import (
 )
 from hri_sim.benchmark.run import SMOKE_CONDITIONS, SMOKE_TASKS, Plan, run_benchmark
 from hri_sim.benchmark.summary import by_task, summarise
+from hri_sim.benchmark.variation import AS_DRAWN, PEOPLE, Variation
 
 SEEDS = 5
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+
+
+def make_folder(out: Path) -> None:
+    """Make the folder of results.
+
+    Raises:
+        ConfigError: when that is not possible.
+    """
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ConfigError(
+            f"cannot make --out {out}: {error.strerror}", hint="choose another with --out"
+        ) from error
+
+
+@contextmanager
+def shown_progress(what: str, console: Console) -> Iterator[Callable[[int, int], None]]:
+    """A bar that is moved by telling how many are done, of how many."""
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
+    with Progress(*columns, TimeElapsedColumn(), console=console) as progress:
+        line = progress.add_task(what, total=None)
+        yield lambda count, of: progress.update(line, completed=count, total=of)
+
+
+def run_real_time(plan: Plan, out: Path, console: Console) -> dict[str, Any]:
+    """Measure by the wall clock, and write ``realtime.json`` and ``realtime.md`` into ``out``.
+
+    Raises:
+        ConfigError: when the folder cannot be used, or no planner replans.
+    """
+    make_folder(out)
+    with shown_progress("conditions", console) as progress:
+        results = measure_planners(plan, progress)
+    (out / "realtime.json").write_text(json.dumps(results, indent=1, allow_nan=False) + "\n")
+    (out / "realtime.md").write_text(realtime_report(results))
+    return results
 
 
 def run_plan(
@@ -40,22 +83,11 @@ def run_plan(
         ConfigError: when the folder or the scheduler cannot be used.
         KeyboardInterrupt: after Ctrl-C; the rows that are done are kept.
     """
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ConfigError(
-            f"cannot make --out {out}: {error.strerror}", hint="choose another with --out"
-        ) from error
+    make_folder(out)
     origin = results_origin()
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    with Progress(*columns, TimeElapsedColumn(), console=console) as progress:
-        line = progress.add_task("tasks", total=None)
+    with shown_progress("tasks", console) as progress:
         done = run_benchmark(
-            plan,
-            out / "rows.jsonl",
-            workers=workers,
-            scheduler=scheduler,
-            progress=lambda count, of: progress.update(line, completed=count, total=of),
+            plan, out / "rows.jsonl", workers=workers, scheduler=scheduler, progress=progress
         )
     results = summarise(plan, done)
     (out / "results.json").write_text(json.dumps(results, indent=1, allow_nan=False) + "\n")
@@ -84,10 +116,15 @@ def run_plan(
 
 def show(results: dict[str, Any], console: Console) -> None:
     """The headline figures as a table."""
-    table = Table(
-        title=f"{results['conditions']} {results['split']} conditions, {len(results['seeds'])} seed(s), "
+    title = (
+        f"{results['conditions']} {results['split']} conditions, {len(results['seeds'])} seed(s), "
         f"F = {results['budget']:g}"
     )
+    if results["variation"] != AS_DRAWN.text:
+        title += f", {results['variation']}"
+    if results["execution"] != PAPER:
+        title += f", executed in {results['execution']}"
+    table = Table(title=title)
     for column in ("planner", *SHARE_HEADS.values(), "time to goal"):
         table.add_column(column, justify="left" if column == "planner" else "right")
     for name, found in results["planners"].items():
@@ -97,6 +134,22 @@ def show(results: dict[str, Any], console: Console) -> None:
     console.print(table)
     feasible = share_text(results["oracle_feasible"], None)
     console.print(f"feasible with perfect prediction and a large budget: {feasible}")
+
+
+def show_real_time(results: dict[str, Any], console: Console) -> None:
+    """The headline figures in real time as a table."""
+    table = Table(title=f"{results['conditions']} {results['split']} conditions in real time")
+    for column in ("planner", "replan p50", "p99", "iteration p50", "p99", "missed"):
+        table.add_column(column, justify="left" if column == "planner" else "right")
+    for name, found in results["planners"].items():
+        times = []
+        for part, digits in (("replan_ms", 1), ("iteration_ms", 3)):
+            spent = found[part] or {}
+            times += [
+                f"{spent[key]:.{digits}f} ms" if key in spent else "–" for key in ("p50", "p99")
+            ]
+        table.add_row(name, *times, share_text(found["missed_share"], None))
+    console.print(table)
 
 
 @app.command()
@@ -125,6 +178,35 @@ def benchmark_planners(
         str | None,
         typer.Option(help="Address of a Dask scheduler that has the work done instead."),
     ] = None,
+    tracking_noise_mm: Annotated[
+        float | None,
+        typer.Option(help="Tracking noise, SD of a coordinate (drawn with 2).", show_default=False),
+    ] = None,
+    latency_ms: Annotated[
+        float | None,
+        typer.Option(help="Capture to delivery of a sample (drawn with 8).", show_default=False),
+    ] = None,
+    person_speed: Annotated[
+        float,
+        typer.Option(help="So many times as fast as the reaches that its predictor learnt from."),
+    ] = AS_DRAWN.person_speed,
+    person: Annotated[
+        str, typer.Option(help=f"What it does in mid-reach: {' or '.join(PEOPLE)}.")
+    ] = AS_DRAWN.person,
+    execute: Annotated[
+        str,
+        typer.Option(
+            help="What makes motions of plans: paper (exactly) or mujoco (simulated controller and arm)."
+        ),
+    ] = PAPER,
+    real_time: Annotated[
+        bool,
+        typer.Option(
+            "--real-time",
+            help="Instead: what replans take by the clock of this machine, in ten conditions a seed. Leave "
+            "the machine alone meanwhile.",
+        ),
+    ] = False,
     smoke: Annotated[
         bool, typer.Option("--smoke", help="Two conditions of two tasks, one seed (seconds).")
     ] = False,
@@ -138,14 +220,29 @@ def benchmark_planners(
     check_split(split)
     if budget not in SLOWDOWNS:
         raise ConfigError(f"--budget {budget}", expected="one of " + ", ".join(map(str, SLOWDOWNS)))
+    check_execution(execute)
     names = tuple(name.strip() for name in planners.split(",") if name.strip())
     plan = Plan(
-        find_planners(names), split, float(budget), tuple(range(first_seed, first_seed + seeds))
+        find_planners(names),
+        split,
+        float(budget),
+        tuple(range(first_seed, first_seed + seeds)),
+        variation=Variation(tracking_noise_mm, latency_ms, person_speed, person),
+        execution=execute,
     )
+    if real_time:
+        if budget != SLOWDOWNS[0] or workers not in (None, 1) or scheduler is not None:
+            raise ConfigError(
+                "--real-time with --budget, --workers or --scheduler",
+                expected="none of them: it runs in one process, as fast as this machine is",
+            )
+        plan = replace(plan, tasks=REALTIME_TASKS, conditions=1)
     if smoke:
-        plan = Plan(
-            plan.planners, split, plan.slowdown, (first_seed,), SMOKE_TASKS, SMOKE_CONDITIONS
-        )
+        plan = replace(plan, seeds=(first_seed,), tasks=SMOKE_TASKS, conditions=SMOKE_CONDITIONS)
+    if real_time:
+        show_real_time(run_real_time(plan, out, console), console)
+        console.print(f"results: {out / 'realtime.json'}", highlight=False, soft_wrap=True)
+        return
     try:
         results = run_plan(plan, out, workers or available_cores(), scheduler, console)
     except KeyboardInterrupt:

@@ -11,28 +11,21 @@ the whole of it, and keeps nobody waiting.
 
 from __future__ import annotations
 
-import math
-from collections import deque
-
 import numpy as np
 
 from hri_planner.ptomp import HumanForecast, PtompPlanner, ReplanResult, TableBox
 from hri_planner.ptomp.budget import VirtualTimeBudget
-from hri_planner.ptomp.plan import JointPlan
-from hri_planner.robot import RobotModel, load_robot
+from hri_planner.robot import load_robot
 from hri_prediction.errors import PlanningError
 from hri_prediction.prediction import TaskLibrary
 from hri_sim.benchmark.conditions import SPLITS, Condition
+from hri_sim.benchmark.execution import PAPER, Run
+from hri_sim.benchmark.joints import standing
 from hri_sim.benchmark.observers import OBSERVERS
-from hri_sim.benchmark.outcome import HOLD_S, Execution, Outcome, measure, resting_at
+from hri_sim.benchmark.outcome import LIMIT_S, Outcome
 from hri_sim.benchmark.planners import PlannerSetup, nominal_plan
-from hri_sim.people.tracking import (
-    SAMPLE_PERIOD_NS,
-    SAMPLE_RATE_HZ,
-    TrackedSample,
-    TrackingModel,
-    tracked_samples,
-)
+from hri_sim.benchmark.variation import AS_DRAWN, Variation
+from hri_sim.benchmark.watching import Watch
 
 SLOWDOWNS = (1, 8, 64, 512)
 """Values of F: how many times slower than the reference a machine is."""
@@ -49,48 +42,8 @@ POSTURE_S = 0.045e-3
 """Charged at each replan for each final posture that is looked for [s]."""
 START_S = 5e-3
 """Charged once, for the first final posture and the motion to it, with which the robot sets off [s]."""
-LIMIT_S = 10.0
-"""A robot that has not arrived by then has failed [s]."""
-WATCHED_S = 0.5
-"""How long the person is watched before the robot starts [s]."""
 
-_STEP_S = 1.0 / SAMPLE_RATE_HZ
 _ENTROPY = 20150611  # of tracking and planners' noise
-
-
-class _Clock:
-    """Samples as they are delivered, forecasts as they are made at each interval."""
-
-    def __init__(
-        self,
-        condition: Condition,
-        setup: PlannerSetup,
-        library: TaskLibrary,
-        rng: np.random.Generator,
-    ) -> None:
-        person = condition.person()
-        self._person = person
-        self._tracking = TrackingModel(person.spec, rng)
-        self._waiting: deque[TrackedSample] = deque()
-        self._next_ns = -round(WATCHED_S * SAMPLE_RATE_HZ) * SAMPLE_PERIOD_NS
-        assert setup.observer is not None
-        self._observer = OBSERVERS[setup.observer](person, library)
-        self._forecasts: list[HumanForecast | None] = []
-
-    def advance(self, now_s: float) -> None:
-        """Let the observer see what is delivered by now, and say what it expects."""
-        now_ns = round(now_s * 1e9)
-        count = max((now_ns - self._next_ns) // SAMPLE_PERIOD_NS + 1, 0)
-        self._waiting += tracked_samples(self._person, self._tracking, self._next_ns, count)
-        self._next_ns += count * SAMPLE_PERIOD_NS
-        while self._waiting and self._waiting[0].delivery_ns <= now_ns:
-            self._observer.see(self._waiting.popleft().sample)
-        self._forecasts.append(self._observer.forecast(now_s))
-
-    def known(self, intervals: int) -> list[HumanForecast]:
-        """The newest forecast of so many intervals before the end of the present one."""
-        forecast = self._forecasts[max(len(self._forecasts) - intervals, 0)]
-        return [] if forecast is None else [forecast]
 
 
 def replan_charge(setup: PlannerSetup) -> float:
@@ -101,7 +54,14 @@ def replan_charge(setup: PlannerSetup) -> float:
 
 
 def run_episode(
-    condition: Condition, setup: PlannerSetup, library: TaskLibrary, *, slowdown: float, seed: int
+    condition: Condition,
+    setup: PlannerSetup,
+    library: TaskLibrary,
+    *,
+    slowdown: float,
+    seed: int,
+    variation: Variation = AS_DRAWN,
+    execution: str = PAPER,
 ) -> Outcome:
     """Let a planner bring the robot to the goal of a condition.
 
@@ -111,6 +71,8 @@ def run_episode(
         library: What was learnt from the task's recorded reaches.
         slowdown: F.
         seed: Of tracking noise and the planner's noise; planners of one seed see the same samples.
+        variation: What is otherwise than drawn.
+        execution: What makes a motion of plans, one of `EXECUTIONS`.
 
     Raises:
         PlanningError: when the planner refuses the goal.
@@ -118,12 +80,13 @@ def run_episode(
     task = condition.task
     key = (SPLITS.index(task.split), task.number, condition.number, seed)
     tracking, noise = np.random.SeedSequence(_ENTROPY, spawn_key=key).spawn(2)
-    robot, scenario = load_robot(), condition.scenario
+    robot, scenario, person = load_robot(), condition.scenario, variation.person_in(condition)
     if setup.observer is None:
-        run = _Run(robot, condition, nominal_plan(robot, scenario))
+        run = Run(condition, person, nominal_plan(robot, scenario), execution)
         run.until(LIMIT_S)
         return run.outcome(0, 0, 0)
-    clock = _Clock(condition, setup, library, np.random.default_rng(tracking))
+    observer = OBSERVERS[setup.observer](person, library)
+    watch = Watch(person, observer, np.random.default_rng(tracking))
     table = TableBox(scenario.table.center, scenario.table.size)
     config = setup.config
     planner = PtompPlanner(robot, config, np.random.default_rng(noise), table)
@@ -131,14 +94,14 @@ def run_episode(
     interval_s = duration / config.num_timesteps
     budget, fixed_s = VirtualTimeBudget(slowdown), replan_charge(setup)
     q, rest, goal = np.array(scenario.robot_start), np.zeros(7), np.array(condition.robot_goal)
-    run = _Run(robot, condition, _standing(q))
+    run = Run(condition, person, standing(q), execution)
     replans, failures, iterations, cycle, last = 0, 0, 0, 0, -1
     while not run.over:
         if replans and not config.interleaved:
             run.until(LIMIT_S)
             break
         handover_s = cycle * interval_s
-        clock.advance(handover_s - interval_s)
+        watch.advance(handover_s - interval_s)
         left_s = duration if planner.plan is None else max(planner.plan.end_s - handover_s, 0.0)
         charge_s = fixed_s + (START_S if planner.plan is None else 0.0)
         given_s = interval_s if config.interleaved else duration
@@ -147,7 +110,9 @@ def run_episode(
             if planner.plan is None:
                 # As in the graph, what the robot sets off with is replanned once before.
                 run.plan = planner.start(q, rest, goal, duration, handover_s)
-            known, last = clock.known(cycle - last), cycle
+            elif (followed := run.followed) is not planner.plan:
+                planner.follow(followed)
+            known, last = watch.known(cycle - last), cycle
             replans += 1
             try:
                 result = _replan(planner, handover_s, known, granted)
@@ -158,11 +123,6 @@ def run_episode(
         cycle += 1
         run.until(cycle * interval_s)
     return run.outcome(replans, failures, iterations)
-
-
-def _standing(q: np.ndarray) -> JointPlan:
-    """A plan to stay at a posture (7,) [rad]."""
-    return JointPlan(np.zeros(1), q[None], np.zeros((1, 7)), np.zeros((1, 7)))
 
 
 def _replan(
@@ -179,53 +139,3 @@ def _replan(
     except PlanningError:
         planner.restore(before)
         raise
-
-
-class _Run:
-    """The robot on its way: what it did, at 250 Hz.
-
-    Attributes:
-        plan: What it follows from now on.
-        over: Whether the hold at the goal, or the time, has ended.
-    """
-
-    def __init__(self, robot: RobotModel, condition: Condition, plan: JointPlan) -> None:
-        self.plan = plan
-        self.over = False
-        self._robot = robot
-        self._condition = condition
-        self._goal = np.array(condition.robot_goal)
-        self._states: list[np.ndarray] = []
-        self._rows = 0
-        self._arrived: int | None = None
-
-    def until(self, time_s: float) -> None:
-        """Follow the plan up to a time, if the run is not over before."""
-        limit_s = LIMIT_S if self._arrived is None else self._arrived * _STEP_S + HOLD_S
-        last = round(limit_s / _STEP_S)
-        rows = np.arange(self._rows, min(math.ceil(time_s / _STEP_S - 1e-9), last + 1))
-        if len(rows):
-            # The plan begins at the first row, but for rounding.
-            states = np.stack(self.plan.sample(np.maximum(rows * _STEP_S, self.plan.start_s)))
-            self._states.append(states)
-            if self._arrived is None:
-                row = resting_at(self._robot, states[0], states[1], self._goal)
-                self._arrived = None if row is None else self._rows + row
-            self._rows += len(rows)
-        self.over = self._rows > last
-
-    def outcome(self, replans: int, failures: int, iterations: int) -> Outcome:
-        """What it was like."""
-        q, qd, qdd = np.concatenate(self._states, axis=1)
-        last = len(q) if self._arrived is None else self._arrived + round(HOLD_S / _STEP_S) + 1
-        q, qd, qdd = (np.ascontiguousarray(values[:last]) for values in (q, qd, qdd))
-        arm = self._condition.person().truth(np.arange(len(q)) * _STEP_S)
-        return measure(
-            self._robot,
-            Execution(_STEP_S, q, qd, qdd, arm, self._arrived),
-            self._goal,
-            self._condition.scenario.table,
-            replans=replans,
-            failures=failures,
-            iterations=iterations,
-        )

@@ -15,6 +15,8 @@ GOAL_M = 0.01
 """The goal is reached when the tool is this near to it, and the robot at rest."""
 REST_SPEED = 0.02
 """Joint speed below which the robot is at rest [rad/s]."""
+LIMIT_S = 10.0
+"""A robot that has not arrived by then has failed [s]."""
 HOLD_S = 0.6
 """How long the robot is watched at the goal [s]."""
 SPEED_SHARE = 1.05
@@ -60,8 +62,9 @@ class Outcome:
         time_to_collision: Smallest clearance divided by the speed at which it shrinks [s]; zero after
             a collision, none if it never shrinks.
         replans: How many were made.
-        failures: How many of them gave no plan.
+        failures: How many of them gave no plan, or one that the robot's controller refused.
         iterations: Optimisation steps of all.
+        tracking_error: Largest distance of a joint from the plan [rad]; zero on paper.
     """
 
     clearance: float
@@ -76,6 +79,7 @@ class Outcome:
     replans: int
     failures: int
     iterations: int
+    tracking_error: float = 0.0
 
     @property
     def ok(self) -> bool:
@@ -121,6 +125,7 @@ def measure(
     replans: int,
     failures: int,
     iterations: int,
+    tracking_error: float = 0.0,
 ) -> Outcome:
     """Measure an execution; see :class:`Outcome`."""
     radii = robot.capsule_radii
@@ -142,6 +147,7 @@ def measure(
         replans=replans,
         failures=failures,
         iterations=iterations,
+        tracking_error=tracking_error,
     )
 
 

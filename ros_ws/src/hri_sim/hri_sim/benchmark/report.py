@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from hri_sim.benchmark import episode
 from hri_sim.benchmark.conditions import CONDITION_RULES, TASK_RULES
-from hri_sim.benchmark.outcome import Outcome
+from hri_sim.benchmark.execution import PAPER
+from hri_sim.benchmark.outcome import LIMIT_S, Outcome
+from hri_sim.benchmark.variation import AS_DRAWN
 
 SHARE_HEADS = {
     "ok": "ok",
@@ -31,7 +32,7 @@ _KINDS = {
 }
 _MEANINGS = (
     "ok: no contact on the way, the tool within 1 cm of the goal and at rest within "
-    f"{episode.LIMIT_S:g} s. strict: ok, held for 0.6 s, speeds up to 105 % of the limits, table clear. "
+    f"{LIMIT_S:g} s. strict: ok, held for 0.6 s, speeds up to 105 % of the limits, table clear. "
     "≥ 2 cm, ≥ 5 cm: ok with that clearance. Means of time and ∫‖q̈‖² are over motions that arrive; "
     "clearance and time to collision are the smallest of each motion. In brackets: 95 % intervals "
     "by a bootstrap of tasks."
@@ -52,7 +53,8 @@ def _row(cells: Sequence[str]) -> str:
     return "| " + " | ".join(cells) + " |"
 
 
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def table_text(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table in Markdown."""
     return "\n".join([_row(head), _row(["---"] * len(head)), *map(_row, rows)]) + "\n"
 
 
@@ -62,7 +64,7 @@ def share_table(planners: Mapping[str, Mapping[str, Any]]) -> str:
         [f"`{name}`", *(share_text(found[key], found["ci95"][key]) for key in SHARE_HEADS)]
         for name, found in planners.items()
     ]
-    return _table(["planner", *SHARE_HEADS.values()], rows)
+    return table_text(["planner", *SHARE_HEADS.values()], rows)
 
 
 def difference_table(differences: Mapping[str, Mapping[str, Any]]) -> str:
@@ -80,7 +82,7 @@ def difference_table(differences: Mapping[str, Mapping[str, Any]]) -> str:
                 ),
             ]
         )
-    return _table(["difference [points]", *SHARE_HEADS.values()], rows)
+    return table_text(["difference [points]", *SHARE_HEADS.values()], rows)
 
 
 def mean_table(planners: Mapping[str, Mapping[str, Any]]) -> str:
@@ -95,7 +97,7 @@ def mean_table(planners: Mapping[str, Mapping[str, Any]]) -> str:
             else:
                 cells.append(f"{value:{form}} ({span[0]:{form}}–{span[1]:{form}})")
         rows.append(cells)
-    return _table(["planner", *(head for head, _ in _MEAN_HEADS.values())], rows)
+    return table_text(["planner", *(head for head, _ in _MEAN_HEADS.values())], rows)
 
 
 def rejection_table(generator: Mapping[str, Any]) -> str:
@@ -109,18 +111,40 @@ def rejection_table(generator: Mapping[str, Any]) -> str:
             left -= rejected[rule]
             rows.append([f"turned down, unless {text}", str(rejected[rule])])
         rows.append([f"{kind} kept", str(left)])
-    return _table(["of the generator", "number"], rows)
+    return table_text(["of the generator", "number"], rows)
+
+
+def _circumstances(results: Mapping[str, Any]) -> list[str]:
+    """What the conditions do not say: how they were varied, how plans became motions."""
+    parts = []
+    if results["variation"] != AS_DRAWN.text:
+        parts.append(
+            f"Otherwise than drawn and learnt: {results['variation']}. Whether conditions are still a "
+            "fair test is not looked at; what PTOMP reaches that knows of it all stands above.\n"
+        )
+    if results["execution"] != PAPER:
+        errors = ", ".join(
+            f"`{name}` {1e3 * found['tracking_error_rad']:.2f} mrad"
+            for name, found in results["planners"].items()
+        )
+        parts.append(
+            "Executed in MuJoCo by the simulated controller; all is measured on the joints' true motion. "
+            f"Largest distance of a joint from the plan: {errors}.\n"
+        )
+    return parts
 
 
 def report(results: Mapping[str, Any]) -> str:
     """The text beside the plots."""
     planners = results["planners"]
+    varied = "" if results["variation"] == AS_DRAWN.text else f"; {results['variation']}"
     parts = [
-        f"# Planners: {results['split']} tasks, F = {results['budget']:g}\n",
+        f"# Planners: {results['split']} tasks, F = {results['budget']:g}{varied}\n",
         f"{results['conditions']} conditions of {results['tasks']} tasks, seeds "
         f"{', '.join(map(str, results['seeds']))}, in virtual time. PTOMP that knows "
         "the person's motion and has a large budget is ok in "
         f"{share_text(results['oracle_feasible'], None)} of them.\n",
+        *_circumstances(results),
         share_table(planners),
         mean_table(planners),
         _MEANINGS + "\n",

@@ -16,9 +16,11 @@ from pathlib import Path
 from hri_prediction.compiled import source_hash
 from hri_sim.benchmark.conditions import CONDITIONS_A_TASK, TASKS, task_conditions
 from hri_sim.benchmark.episode import run_episode
+from hri_sim.benchmark.execution import PAPER
 from hri_sim.benchmark.learning import task_library
 from hri_sim.benchmark.planners import ORACLE, ORACLE_SETUP, PlannerSetup
 from hri_sim.benchmark.rows import Done, RowFile, Unit
+from hri_sim.benchmark.variation import AS_DRAWN, Variation
 from hri_sim.benchmark.workers import do_all
 
 ORACLE_SLOWDOWN = 0.1
@@ -38,6 +40,8 @@ class Plan:
         seeds: Of noise.
         tasks: Numbers.
         conditions: How many of each task, from the first.
+        variation: What is otherwise than drawn; for the oracle too.
+        execution: What makes motions of plans, one of `EXECUTIONS`; for the oracle too.
     """
 
     planners: tuple[PlannerSetup, ...]
@@ -46,6 +50,8 @@ class Plan:
     seeds: tuple[int, ...]
     tasks: tuple[int, ...] = tuple(range(TASKS))
     conditions: int = CONDITIONS_A_TASK
+    variation: Variation = AS_DRAWN
+    execution: str = PAPER
 
     @property
     def setups(self) -> dict[str, PlannerSetup]:
@@ -72,6 +78,8 @@ def marks(plan: Plan) -> dict[str, str]:
             plan.split,
             plan.conditions,
             plan.slowdown_of(name),
+            plan.variation,
+            plan.execution,
             json.dumps([dataclasses.asdict(setup), dataclasses.asdict(setup.config)]),
             source_hash(),
             [importlib.metadata.version(package) for package in ("numpy", "scipy", "numba")],
@@ -87,7 +95,15 @@ def do_unit(plan: Plan, unit: Unit) -> Done:
     setup, slowdown = plan.setups[unit.planner], plan.slowdown_of(unit.planner)
     begin = time.perf_counter()
     outcomes = tuple(
-        run_episode(condition, setup, library, slowdown=slowdown, seed=unit.seed)
+        run_episode(
+            condition,
+            setup,
+            library,
+            slowdown=slowdown,
+            seed=unit.seed,
+            variation=plan.variation,
+            execution=plan.execution,
+        )
         for condition in conditions
     )
     return Done(unit, outcomes, time.perf_counter() - begin)

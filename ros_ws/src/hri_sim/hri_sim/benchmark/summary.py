@@ -10,6 +10,7 @@ import numpy as np
 
 from hri_prediction.arm.geometry import FloatArray
 from hri_sim.benchmark.conditions import CONDITION_RULES, TASK_RULES, task_conditions
+from hri_sim.benchmark.execution import PAPER
 from hri_sim.benchmark.outcome import CLEARANCES_M, Outcome
 from hri_sim.benchmark.planners import ORACLE
 from hri_sim.benchmark.rows import Done, Unit
@@ -137,6 +138,10 @@ def summarise(plan: Plan, done: Mapping[Unit, Done]) -> dict[str, Any]:
         for kind, only in hard.items():
             some = by_task(done, setup.name, only)
             planners[setup.name][kind] = figures(some) if some else None
+        if plan.execution != PAPER:
+            found = by_task(done, setup.name).values()
+            errors = [outcome.tracking_error for outcomes in found for outcome in outcomes]
+            planners[setup.name]["tracking_error_rad"] = max(errors)
     first, *others = [by_task(done, setup.name) for setup in plan.planners]
     names = [setup.name for setup in plan.planners]
     feasible = task_means(by_task(done, ORACLE), SHARES["ok"])
@@ -145,6 +150,8 @@ def summarise(plan: Plan, done: Mapping[Unit, Done]) -> dict[str, Any]:
         "split": plan.split,
         "budget": plan.slowdown,
         "seeds": list(plan.seeds),
+        "variation": plan.variation.text,
+        "execution": plan.execution,
         "tasks": len(plan.tasks),
         "conditions": count,
         "shares": {kind: sum(map(len, only.values())) / count for kind, only in hard.items()},

@@ -27,10 +27,7 @@ def compile_kernels() -> None:
     Code that has just been compiled rounds otherwise in the last bit than the same code read from the
     cache (fused operations, other inlining); processes that find the cache filled all round alike.
     """
-    code = (
-        "from hri_prediction.warm import warm_kernels as first; first(); "
-        "from hri_planner.warm import warm_kernels as second; second()"
-    )
+    code = "from hri_sim.warm import warm_kernels; warm_kernels()"
     subprocess.run([sys.executable, "-c", code], check=True)
 
 

@@ -10,6 +10,7 @@ swivel of the elbow.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -39,6 +40,29 @@ def _bump(tau: ArrayLike) -> FloatArray:
     """Zero at both ends with two derivatives, one in the middle."""
     s = np.clip(np.asarray(tau, dtype=float), 0.0, 1.0)
     return 64.0 * (s * (1.0 - s)) ** 3
+
+
+class Movement(Protocol):
+    """What a hand does from one rest to the next; twice continuously differentiable in time."""
+
+    @property
+    def start_s(self) -> float:
+        """When it begins [s]."""
+
+    @property
+    def end_s(self) -> float:
+        """When it ends [s]."""
+
+    @property
+    def end(self) -> FloatArray:
+        """Hand tip at the end (3,) [m]."""
+
+    @property
+    def swivel(self) -> tuple[float, float]:
+        """Swivel of the elbow at the beginning and at the end [rad]."""
+
+    def sample(self, t_s: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Hand tip (..., 3) [m] and swivel (...) [rad] at times (...) [s]; at rest before and after."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from hri_prediction.arm.geometry import FloatArray
 from hri_prediction.errors import PlanningError
-from hri_sim.people.motion import HandMotion, draw_motion
+from hri_sim.people.motion import HandMotion, Movement, draw_motion
 from hri_sim.scenario.schema import PersonSpec
 
 
@@ -25,11 +25,11 @@ class SimulatedPerson:
         self.spec = spec
         self.arm = spec.arm
         self._rng = np.random.default_rng(seed)
-        self._motions: list[HandMotion] = []
+        self._motions: list[Movement] = []
         self._home = np.array(spec.home)
 
     @property
-    def motions(self) -> tuple[HandMotion, ...]:
+    def motions(self) -> tuple[Movement, ...]:
         """All reaches planned so far, in the order of time."""
         return tuple(self._motions)
 
@@ -91,6 +91,23 @@ class SimulatedPerson:
         )
         self._motions.append(motion)
         return motion
+
+    def divert(self, movement: Movement) -> None:
+        """Let the last planned reach become another movement on its way.
+
+        Args:
+            movement: What happens instead; it begins when and where that reach does.
+
+        Raises:
+            PlanningError: when it begins at another time, or no reach is planned.
+        """
+        begun = self._motions[-1].start_s if self._motions else None
+        if begun is None or movement.start_s != begun:
+            raise PlanningError(
+                f"{self.spec.id} is diverted to a movement from {movement.start_s:g} s on",
+                expected="a planned reach" if begun is None else f"its last reach's {begun:g} s",
+            )
+        self._motions[-1] = movement
 
     def truth(self, t_s: ArrayLike) -> FloatArray:
         """Keypoints of the arm, without noise.

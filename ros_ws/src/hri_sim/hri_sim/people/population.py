@@ -18,12 +18,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from hri_prediction.arm.geometry import FloatArray
 from hri_prediction.errors import ConfigError
 from hri_prediction.tracks.segmentation import Reach
 from hri_prediction.tracks.track import ArmTrack
+from hri_sim.people.changes import change_mind
 from hri_sim.people.motion import HandMotion, draw_motion, minimum_jerk
 from hri_sim.people.seeding import population_generator
 from hri_sim.people.tracking import SAMPLE_PERIOD_NS, TrackingModel
@@ -40,8 +40,6 @@ TARGETS: dict[str, tuple[float, float, float]] = {
 """Where hands reach to [m], world frame; anybody's arm gets there."""
 DURATIONS_S = (0.8, 1.5)
 """Range of the usual durations [s]."""
-CHANGE = (0.3, 0.5)
-"""When people change their mind, as a share of the movement that they set out on."""
 _START_SCATTER_M = 0.01
 
 HandPath = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
@@ -104,57 +102,6 @@ def _by_way_of(motion: HandMotion, rng: np.random.Generator) -> HandPath:
     return path
 
 
-@dataclass(frozen=True, eq=False)
-class ChangedMind:
-    """A movement that is diverted to another target while it is under way.
-
-    The first movement is carried out to its end; from the change on, a second one from the first target
-    to the second is added to it (Flash & Henis 1991). Both begin and end without velocity and
-    acceleration, so that the sum is twice continuously differentiable.
-
-    Attributes:
-        first: To the target that the hand sets out to.
-        second: From there to the target that it reaches; begins while the first is under way.
-    """
-
-    first: HandMotion
-    second: HandMotion
-
-    @property
-    def duration(self) -> float:
-        """From the onset of the first movement to the end of the last [s]."""
-        return max(self.first.end_s, self.second.end_s) - self.first.start_s
-
-    def sample(self, t_s: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Hand tip (..., 3) [m] and swivel (...) [rad] at times (...) [s]."""
-        tip, swivel = self.first.sample(t_s)
-        more, turn = self.second.sample(t_s)
-        return tip + more - self.second.start, swivel + turn - self.second.swivel[0]
-
-
-def _change_mind(
-    spec: PersonSpec, first: HandMotion, target: str, usual_s: float, rng: np.random.Generator
-) -> ChangedMind:
-    """Divert a movement to a target, on a way that the arm can go."""
-    second = draw_motion(
-        spec.arm,
-        first.end,
-        np.array(TARGETS[target]),
-        start_s=first.start_s + float(rng.uniform(*CHANGE)) * first.duration,
-        duration=usual_s,
-        swivel=(first.swivel[1], spec.swivel),
-        lift=0.0,
-        variability=spec.variability,
-        rng=rng,
-    )
-    for share in (1.0, 0.5, 0.25, 0.0):
-        changed = ChangedMind(replace(first, bow=share * first.bow), second)
-        grid = first.start_s + changed.duration * np.linspace(0.0, 1.0, 41)
-        if spec.arm.can_reach(changed.sample(grid)[0]):
-            break
-    return changed
-
-
 def record_reach(
     spec: PersonSpec, family: str, task: str, trial: int, rng: np.random.Generator
 ) -> SimulatedReach:
@@ -185,7 +132,7 @@ def record_reach(
     path: HandPath = motion.sample
     duration = motion.duration
     if changes:
-        changed = _change_mind(spec, motion, task, usual_s, rng)
+        changed = change_mind(spec, motion, TARGETS[task], usual_s, rng)
         path, duration = changed.sample, changed.duration
     elif family == "via_points":
         path = _by_way_of(motion, rng)

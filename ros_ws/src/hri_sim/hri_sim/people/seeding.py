@@ -6,7 +6,7 @@ import zlib
 
 import numpy as np
 
-_REACH, _TRACKING, _TRAINING, _POPULATION = 1, 2, 3, 4
+_REACH, _TRACKING, _TRAINING, _POPULATION, _CHANGE = 1, 2, 3, 4, 5
 
 
 def _generator(seed: int, stream: int, body_id: str, index: int) -> np.random.Generator:
@@ -31,3 +31,8 @@ def training_generator(seed: int, body_id: str, reach: int) -> np.random.Generat
 def population_generator(seed: int, body_id: str, index: int) -> np.random.Generator:
     """One person of a population (index 0), or one of that person's recorded reaches (from 1 on)."""
     return _generator(seed, _POPULATION, body_id, index)
+
+
+def change_generator(seed: int, body_id: str, reach: int) -> np.random.Generator:
+    """When and to where a reach of a person is diverted."""
+    return _generator(seed, _CHANGE, body_id, reach)
