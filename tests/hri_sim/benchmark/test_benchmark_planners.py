@@ -183,7 +183,7 @@ def test_command_resumes_and_gives_the_same_file_for_any_number_of_workers(tmp_p
         (("--split", "all"), "tuning, test"),
         (("--execute", "gazebo"), "paper, mujoco"),
         (("--person", "dances"), "usual, stops, changes-target"),
-        (("--latency-ms", "-1"), "0 to 1000 ms"),
+        (("--latency-ms", "-1"), "0 to 90 ms"),
         (("--smoke", "--planners", "nominal", "--scheduler", "nowhere"), "nowhere"),
     ],
 )

@@ -11,11 +11,19 @@ from hri_sim.benchmark import command, workers
 from hri_sim.benchmark.conditions import task_conditions
 from hri_sim.benchmark.episode import run_episode
 from hri_sim.benchmark.learning import task_library
+from hri_sim.benchmark.observers import OBSERVERS
 from hri_sim.benchmark.planners import NOMINAL, PLANNERS
 from hri_sim.benchmark.report import report
 from hri_sim.benchmark.rows import RowFile
 from hri_sim.benchmark.run import Plan, marks, run_benchmark
-from hri_sim.benchmark.variation import AS_DRAWN, CHANGES_TARGET, STOPS, Variation
+from hri_sim.benchmark.variation import (
+    AS_DRAWN,
+    CHANGES_TARGET,
+    MAX_LATENCY_MS,
+    STOPS,
+    Variation,
+)
+from hri_sim.benchmark.watching import Watch
 
 TIMES = np.linspace(-0.5, 4.0, 100)
 SMALL = Plan((PLANNERS[NOMINAL],), "tuning", 1.0, (0,), (0,), 2)
@@ -34,11 +42,11 @@ def test_nothing_differs_by_default(condition):
 
 
 def test_tracking_differs_and_nothing_else(condition):
-    variation = Variation(tracking_noise_mm=10.0, latency_ms=100.0)
+    variation = Variation(tracking_noise_mm=10.0, latency_ms=90.0)
     person = variation.person_in(condition)
-    assert (person.spec.noise_sd, person.spec.latency) == (0.01, 0.1)
+    assert (person.spec.noise_sd, person.spec.latency) == pytest.approx((0.01, 0.09))
     np.testing.assert_array_equal(person.truth(TIMES), condition.person().truth(TIMES))
-    assert variation.text == "tracking noise of 10 mm, tracking 100 ms late"
+    assert variation.text == "tracking noise of 10 mm, tracking 90 ms late"
 
 
 def test_who_is_faster_than_learnt_takes_less_time_for_the_same_way(condition):
@@ -142,7 +150,7 @@ def test_results_say_what_differs(tmp_path, monkeypatch):
     ("values", "message"),
     [
         ({"tracking_noise_mm": -1.0}, "0 to 100 mm"),
-        ({"latency_ms": float("nan")}, "0 to 1000 ms"),
+        ({"latency_ms": float("nan")}, "0 to 90 ms"),
         ({"person_speed": 0.0}, r"0\.25 to 4"),
         ({"person": "dances"}, "usual, stops, changes-target"),
     ],
@@ -150,3 +158,17 @@ def test_results_say_what_differs(tmp_path, monkeypatch):
 def test_senseless_variations_are_refused(values, message):
     with pytest.raises(ConfigError, match=message):
         Variation(**values)
+
+
+def test_the_predictor_still_knows_a_person_that_is_seen_as_late_as_may_be(condition):
+    variation = Variation(latency_ms=MAX_LATENCY_MS)
+    person = variation.person_in(condition)
+    observer = OBSERVERS["promp"](person, task_library("tuning", 0))
+    watch = Watch(person, observer, np.random.default_rng(0))
+    begun = []
+    for now in np.arange(30) / 28.0:
+        watch.advance(now)
+        (forecast,) = watch.known(1)
+        begun.append(forecast.time0_s)
+    # A forecast that is no longer valid would be kept, and grow old.
+    assert np.abs(np.array(begun) - np.arange(30) / 28.0).max() < 0.1

@@ -188,10 +188,10 @@ def benchmark_planners(
     ] = None,
     person_speed: Annotated[
         float,
-        typer.Option(help="So many times as fast as the reaches that its predictor learnt from."),
+        typer.Option(help="The person is so many times as fast as the predictor has learnt."),
     ] = AS_DRAWN.person_speed,
     person: Annotated[
-        str, typer.Option(help=f"What it does in mid-reach: {' or '.join(PEOPLE)}.")
+        str, typer.Option(help=f"What the person does in mid-reach: {', '.join(PEOPLE)}.")
     ] = AS_DRAWN.person,
     execute: Annotated[
         str,
@@ -214,7 +214,7 @@ def benchmark_planners(
     """Let planners reach past a person in 450 conditions and count how often that goes well.
 
     In virtual time: the same seeds give the same results.json, whoever does the work. A benchmark that
-    was broken off goes on where it stopped.
+    was broken off goes on where it stopped. Conditions can be varied, for planners that do not know of it.
     """
     console = Console()
     check_split(split)
@@ -240,7 +240,12 @@ def benchmark_planners(
     if smoke:
         plan = replace(plan, seeds=(first_seed,), tasks=SMOKE_TASKS, conditions=SMOKE_CONDITIONS)
     if real_time:
-        show_real_time(run_real_time(plan, out, console), console)
+        try:
+            figures = run_real_time(plan, out, console)
+        except KeyboardInterrupt:
+            console.print("stopped; nothing was written")
+            raise typer.Exit(130) from None
+        show_real_time(figures, console)
         console.print(f"results: {out / 'realtime.json'}", highlight=False, soft_wrap=True)
         return
     try:

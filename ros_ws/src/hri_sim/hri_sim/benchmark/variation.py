@@ -22,7 +22,8 @@ PEOPLE = {
 }
 """What persons do, and in words."""
 MAX_NOISE_MM = 100.0
-MAX_LATENCY_MS = 1000.0
+MAX_LATENCY_MS = 90.0
+"""Predictors take samples of more than 100 ms for lost ones (`stale_time`), and the robot would stand."""
 SPEEDS = (0.25, 4.0)
 
 
