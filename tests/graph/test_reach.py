@@ -73,6 +73,21 @@ def test_a_reach_arrives_clear_of_the_person(graph: Graph, scenario: Scenario) -
     )
 
 
+@pytest.mark.parametrize("name", ["itomp", "stomp"])
+def test_a_peer_plans_too(make_graph: Callable[..., Graph], scenario: Scenario, name: str) -> None:
+    graph = make_graph(parameters={"ptomp": {"variant": name, "max_duration": 4.0}})
+    graph.run(0.4)
+    result = finish(graph, start_reach(graph, scenario))
+    told = [m.iterations for m in graph.messages("/ptomp/status") if m.costs]
+    planning = sum(count > 0 for count in told)
+    assert len(told) > 20
+    if name == "stomp":  # it may run into the person, of whom it knows only how it was at first
+        assert planning == 1
+    else:
+        assert planning > 10
+        assert result.outcome == ReachTarget.Result.REACHED, result.reason
+
+
 def test_the_status_says_how_hard_the_situation_is(graph: Graph, scenario: Scenario) -> None:
     graph.run(0.5)
     finish(graph, start_reach(graph, scenario))

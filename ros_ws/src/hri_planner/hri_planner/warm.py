@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 
 from hri_planner.ptomp import HumanForecast, PtompConfig, PtompPlanner, TableBox
@@ -22,8 +24,8 @@ def warm_kernels() -> None:
     arm = np.array([[0.8, 0.0, 0.4], [0.7, 0.0, 0.3], [0.5, 0.0, 0.3], [0.4, 0.0, 0.3]])
     radii = np.array([0.05, 0.04, 0.05])
     people = HumanForecast(0.0, 0.1, arm[None], np.full((1, 4), 0.02), radii)
-    for precision in ("double", "single"):
-        config = PtompConfig(precision=precision)
+    for precision, weights in product(("double", "single"), ("total", "per_step")):
+        config = PtompConfig(precision=precision, weights=weights)
         planner = PtompPlanner(robot, config, np.random.default_rng(0), table)
         planner.start(start, np.zeros(7), goal, 1.0, 0.0)
         planner.replan(0.04, [people], iterations=4)

@@ -33,13 +33,11 @@ def update_smoother(size: int) -> FloatArray:
 
     R is the Toeplitz matrix (1, -4, 6, -4, 1) of :mod:`hri_planner.ptomp.smoothing`.
     """
-    if size == 0:
-        return np.zeros((0, 0))
     bends = np.zeros((size + 2, size))
     for row, value in enumerate((1.0, -2.0, 1.0)):
         bends[np.arange(size) + row, np.arange(size)] = value
     inverse = np.linalg.solve(bends.T @ bends, np.eye(size))
-    smoother: FloatArray = inverse / (size * np.abs(inverse).max(axis=0))
+    smoother: FloatArray = inverse / (size * np.abs(inverse).max(axis=0, initial=0.0))
     smoother.setflags(write=False)
     return smoother
 
