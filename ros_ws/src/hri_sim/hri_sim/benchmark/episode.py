@@ -22,7 +22,7 @@ from hri_sim.benchmark.conditions import SPLITS, Condition
 from hri_sim.benchmark.execution import PAPER, Run
 from hri_sim.benchmark.joints import standing
 from hri_sim.benchmark.observers import OBSERVERS
-from hri_sim.benchmark.outcome import LIMIT_S, Outcome
+from hri_sim.benchmark.outcome import LIMIT_S, Execution, Outcome
 from hri_sim.benchmark.planners import PlannerSetup, nominal_plan
 from hri_sim.benchmark.variation import AS_DRAWN, Variation
 from hri_sim.benchmark.watching import Watch
@@ -63,6 +63,22 @@ def run_episode(
     variation: Variation = AS_DRAWN,
     execution: str = PAPER,
 ) -> Outcome:
+    """What becomes of a condition when a planner brings the robot to its goal; see `watch_episode`."""
+    return watch_episode(
+        condition, setup, library, slowdown=slowdown, seed=seed, variation=variation, execution=execution
+    )[1]  # fmt: skip
+
+
+def watch_episode(
+    condition: Condition,
+    setup: PlannerSetup,
+    library: TaskLibrary,
+    *,
+    slowdown: float,
+    seed: int,
+    variation: Variation = AS_DRAWN,
+    execution: str = PAPER,
+) -> tuple[Execution, Outcome]:
     """Let a planner bring the robot to the goal of a condition.
 
     Args:
@@ -74,6 +90,9 @@ def run_episode(
         variation: What is otherwise than drawn.
         execution: What makes a motion of plans, one of `EXECUTIONS`.
 
+    Returns:
+        The motions of robot and person, and what they amount to.
+
     Raises:
         PlanningError: when the planner refuses the goal.
     """
@@ -84,7 +103,7 @@ def run_episode(
     if setup.observer is None:
         run = Run(condition, person, nominal_plan(robot, scenario), execution)
         run.until(LIMIT_S)
-        return run.outcome(0, 0, 0)
+        return run.ended(0, 0, 0)
     observer = OBSERVERS[setup.observer](person, library)
     watch = Watch(person, observer, np.random.default_rng(tracking))
     table = TableBox(scenario.table.center, scenario.table.size)
@@ -122,7 +141,7 @@ def run_episode(
                 failures += 1
         cycle += 1
         run.until(cycle * interval_s)
-    return run.outcome(replans, failures, iterations)
+    return run.ended(replans, failures, iterations)
 
 
 def _replan(

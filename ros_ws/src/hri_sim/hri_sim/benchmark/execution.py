@@ -84,15 +84,16 @@ class Run:
             self._rows += len(rows)
         self.over = self._rows > last
 
-    def outcome(self, replans: int, failures: int, iterations: int) -> Outcome:
-        """What it was like."""
+    def ended(self, replans: int, failures: int, iterations: int) -> tuple[Execution, Outcome]:
+        """What it was like: the motions, and what they amount to."""
         q, qd, qdd = np.concatenate(self._states, axis=1)
         last = len(q) if self._arrived is None else self._arrived + round(HOLD_S / STEP_S) + 1
         q, qd, qdd = (np.ascontiguousarray(values[:last]) for values in (q, qd, qdd))
         arm = self._person.truth(np.arange(len(q)) * STEP_S)
-        return measure(
+        execution = Execution(STEP_S, q, qd, qdd, arm, self._arrived)
+        outcome = measure(
             self._robot,
-            Execution(STEP_S, q, qd, qdd, arm, self._arrived),
+            execution,
             self._goal,
             self._condition.scenario.table,
             replans=replans,
@@ -100,3 +101,4 @@ class Run:
             iterations=iterations,
             tracking_error=self._joints.tracking_error,
         )
+        return execution, outcome

@@ -62,6 +62,16 @@ class _Staying:
         return HumanForecast(now_s, _STEP_S, points, np.zeros((1, 4)), ArmRadii().array)
 
 
+class _Unseen:
+    """Nobody is seen."""
+
+    def see(self, sample: ArmSample) -> None:
+        pass
+
+    def forecast(self, now_s: float) -> HumanForecast | None:
+        return None
+
+
 class _Oracle:
     """The true motion to come."""
 
@@ -82,8 +92,9 @@ OBSERVERS: dict[str, Callable[[SimulatedPerson, TaskLibrary], Observer]] = {
     "prior": lambda person, library: PriorObserver(library),
     "constant_velocity": lambda person, library: _Predicting(None),
     "staying": lambda person, library: _Staying(),
+    "unseen": lambda person, library: _Unseen(),
     "oracle": lambda person, library: _Oracle(person),
 }
 """By the quality of the prediction: learnt from the task's recorded reaches and updated by what is seen;
 the same before anything is seen of the reach; at constant velocity; none (the arm stays where it is seen);
-and perfect. All but the oracle see tracked samples only."""
+not even a person; and perfect. All but the last two see tracked samples only."""

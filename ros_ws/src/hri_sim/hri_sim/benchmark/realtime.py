@@ -252,6 +252,6 @@ def measure_condition(
             iterations += result.iterations
         cycle += 1
         run.until(cycle * interval_s)
-    outcome = run.outcome(replans, failures, iterations)
+    _, outcome = run.ended(replans, failures, iterations)
     times.failures += outcome.failures
     times.ok.append(outcome.ok)

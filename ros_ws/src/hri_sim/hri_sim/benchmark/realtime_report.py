@@ -14,7 +14,7 @@ from hri_sim.benchmark.conditions import TASKS, task_conditions
 from hri_sim.benchmark.episode import GATHER_S, POSTURE_S, PREDICTION_S, START_S
 from hri_sim.benchmark.learning import task_library
 from hri_sim.benchmark.realtime import COMPUTE_SHARE, READY_S, Times, measure_condition
-from hri_sim.benchmark.report import share_text, table_text
+from hri_sim.benchmark.report import markdown_table, share_text
 from hri_sim.benchmark.run import Plan
 from hri_sim.warm import warm_kernels
 
@@ -152,7 +152,7 @@ def realtime_report(results: Mapping[str, Any]) -> str:
         f"{results['variation']}; executed: {results['execution']}. A replan may take "
         f"{100 * results['compute_share']:.0f} % of its interval; missed are those that were not ready "
         f"{results['ready_before_ms']:g} ms before their hand-over.\n",
-        table_text(head, rows),
+        markdown_table(head, rows),
         "Prices of a replan's parts [ms], beside what virtual time charges for them at F = 1:\n",
     ]
     for name, found in results["planners"].items():
@@ -165,7 +165,7 @@ def realtime_report(results: Mapping[str, Any]) -> str:
             for kind, text in _PRICE_TEXTS.items()
             if (price := found["prices_ms"].get(kind)) is not None
         ]
-        parts.append(table_text([f"`{name}`", "charged", "p10", "p50", "p99"], prices))
+        parts.append(markdown_table([f"`{name}`", "charged", "p10", "p50", "p99"], prices))
     parts.append(
         f"Load before: {results['load_before']:.2f}. Made by `scripts/benchmark_planners.py --real-time`. "
         f"{origin_line(results['origin'])}\n"

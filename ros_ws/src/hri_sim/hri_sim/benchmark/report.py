@@ -19,18 +19,18 @@ SHARE_HEADS = {
     "clearance_2cm": "≥ 2 cm",
     "clearance_5cm": "≥ 5 cm",
 }
-_MEAN_HEADS = {
+MEAN_HEADS = {
     "time_to_goal_s": ("time to goal [s]", ".2f"),
     "accel_cost": ("∫‖q̈‖² [rad²/s³]", ".0f"),
     "clearance_m": ("clearance [m]", ".3f"),
     "time_to_collision_s": ("time to collision [s]", ".2f"),
 }
-_KINDS = {
+KINDS = {
     "ambiguous": "Where only watching tells the target",
     "person_must_move": "Where the nominal motion collides only because the person moves (elsewhere the "
     "arm is in the way from the start)",
 }
-_MEANINGS = (
+MEANINGS = (
     "ok: no contact on the way, the tool within 1 cm of the goal and at rest within "
     f"{LIMIT_S:g} s. strict: ok, held for 0.6 s, speeds up to 105 % of the limits, table clear. "
     "≥ 2 cm, ≥ 5 cm: ok with that clearance. Means of time and ∫‖q̈‖² are over motions that arrive; "
@@ -53,8 +53,8 @@ def _row(cells: Sequence[str]) -> str:
     return "| " + " | ".join(cells) + " |"
 
 
-def table_text(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table in Markdown."""
+def markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table as Markdown."""
     return "\n".join([_row(head), _row(["---"] * len(head)), *map(_row, rows)]) + "\n"
 
 
@@ -64,25 +64,24 @@ def share_table(planners: Mapping[str, Mapping[str, Any]]) -> str:
         [f"`{name}`", *(share_text(found[key], found["ci95"][key]) for key in SHARE_HEADS)]
         for name, found in planners.items()
     ]
-    return table_text(["planner", *SHARE_HEADS.values()], rows)
+    return markdown_table(["planner", *SHARE_HEADS.values()], rows)
+
+
+def points_text(value: float, interval: Sequence[float] | None) -> str:
+    """A difference of shares in points: ``+12.0 (+9.1 to +15.2)``."""
+    text = f"{100.0 * value:+.1f}"
+    if interval is None:
+        return text
+    return f"{text} ({100.0 * interval[0]:+.1f} to {100.0 * interval[1]:+.1f})"
 
 
 def difference_table(differences: Mapping[str, Mapping[str, Any]]) -> str:
     """By how many points the first planner's shares are larger."""
-    rows = []
-    for name, found in differences.items():
-        cells = [f"{100.0 * found[key]:+.1f}" for key in SHARE_HEADS]
-        spans = [found["ci95"][key] for key in SHARE_HEADS]
-        rows.append(
-            [
-                f"`{name}`",
-                *(
-                    f"{cell} ({100.0 * low:+.1f} to {100.0 * high:+.1f})"
-                    for cell, (low, high) in zip(cells, spans, strict=True)
-                ),
-            ]
-        )
-    return table_text(["difference [points]", *SHARE_HEADS.values()], rows)
+    rows = [
+        [f"`{name}`", *(points_text(found[key], found["ci95"][key]) for key in SHARE_HEADS)]
+        for name, found in differences.items()
+    ]
+    return markdown_table(["difference [points]", *SHARE_HEADS.values()], rows)
 
 
 def mean_table(planners: Mapping[str, Mapping[str, Any]]) -> str:
@@ -90,14 +89,14 @@ def mean_table(planners: Mapping[str, Mapping[str, Any]]) -> str:
     rows = []
     for name, found in planners.items():
         cells = [f"`{name}`"]
-        for key, (_, form) in _MEAN_HEADS.items():
+        for key, (_, form) in MEAN_HEADS.items():
             value, span = found[key], found["ci95"][key]
             if value is None or span is None:
                 cells.append("–")
             else:
                 cells.append(f"{value:{form}} ({span[0]:{form}}–{span[1]:{form}})")
         rows.append(cells)
-    return table_text(["planner", *(head for head, _ in _MEAN_HEADS.values())], rows)
+    return markdown_table(["planner", *(head for head, _ in MEAN_HEADS.values())], rows)
 
 
 def rejection_table(generator: Mapping[str, Any]) -> str:
@@ -111,7 +110,7 @@ def rejection_table(generator: Mapping[str, Any]) -> str:
             left -= rejected[rule]
             rows.append([f"turned down, unless {text}", str(rejected[rule])])
         rows.append([f"{kind} kept", str(left)])
-    return table_text(["of the generator", "number"], rows)
+    return markdown_table(["of the generator", "number"], rows)
 
 
 def _circumstances(results: Mapping[str, Any]) -> list[str]:
@@ -147,14 +146,14 @@ def report(results: Mapping[str, Any]) -> str:
         *_circumstances(results),
         share_table(planners),
         mean_table(planners),
-        _MEANINGS + "\n",
+        MEANINGS + "\n",
     ]
     if results["differences"]:
         parts += [
             "The same tasks compared, one planner less the other:\n",
             difference_table(results["differences"]),
         ]
-    for kind, text in _KINDS.items():
+    for kind, text in KINDS.items():
         some = {name: found[kind] for name, found in planners.items() if found[kind]}
         if some:
             share = share_text(results["shares"][kind], None)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -39,6 +40,14 @@ class Done:
     wall_s: float
 
 
+def append_line(path: Path, text: str) -> None:
+    """Add a line of its own to a file, whatever is at its end: a line before may be cut off."""
+    with path.open("ab+") as file:
+        file.seek(max(file.seek(0, os.SEEK_END) - 1, 0))
+        cut = file.read(1) not in (b"", b"\n")
+        file.write((("\n" if cut else "") + text + "\n").encode())
+
+
 class RowFile:
     """Rows as lines of JSON, in the order in which they were finished.
 
@@ -70,13 +79,11 @@ class RowFile:
         return found
 
     def add(self, done: Done) -> None:
-        """Append a row, on a line of its own whatever is at the end of the file."""
+        """Append a row."""
         row = {
             **asdict(done.unit),
             "mark": self._marks[done.unit.planner],
             "wall_s": round(done.wall_s, 3),
             "outcomes": [asdict(outcome) for outcome in done.outcomes],
         }
-        cut = self._path.exists() and self._path.read_bytes()[-1:] not in (b"", b"\n")
-        with self._path.open("a") as file:
-            file.write(("\n" if cut else "") + json.dumps(row, allow_nan=False) + "\n")
+        append_line(self._path, json.dumps(row, allow_nan=False))

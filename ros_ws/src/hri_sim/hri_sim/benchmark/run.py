@@ -73,6 +73,7 @@ class Plan:
 def marks(plan: Plan) -> dict[str, str]:
     """Hash of all that a planner's outcomes depend on but seed and task, by planner."""
     found = {}
+    sources = source_hash()
     for name, setup in plan.setups.items():
         parts = (
             plan.split,
@@ -81,7 +82,7 @@ def marks(plan: Plan) -> dict[str, str]:
             plan.variation,
             plan.execution,
             json.dumps([dataclasses.asdict(setup), dataclasses.asdict(setup.config)]),
-            source_hash(),
+            sources,
             [importlib.metadata.version(package) for package in ("numpy", "scipy", "numba")],
         )
         found[name] = hashlib.sha256(repr(parts).encode()).hexdigest()[:16]

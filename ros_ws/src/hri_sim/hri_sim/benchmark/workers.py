@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import importlib.util
 import subprocess
 import sys
@@ -21,8 +22,9 @@ Result = TypeVar("Result")
 _CONNECT_S = 10.0
 
 
+@functools.cache
 def compile_kernels() -> None:
-    """Fill the cache of compiled kernels, in a process of its own.
+    """Fill the cache of compiled kernels, in a process of its own, once.
 
     Code that has just been compiled rounds otherwise in the last bit than the same code read from the
     cache (fused operations, other inlining); processes that find the cache filled all round alike.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,6 +25,23 @@ ROBOT_PARTS: tuple[Colour, ...] = ((0.10, 0.42, 0.66), (0.26, 0.58, 0.80), (0.22
 PEDESTAL: Colour = (0.62, 0.63, 0.65)
 TORSO: Colour = (0.80, 0.79, 0.77)
 LIMBS: tuple[Colour, ...] = ((0.80, 0.42, 0.14), (0.90, 0.60, 0.34), (0.93, 0.70, 0.48))
+
+STYLE: dict[Any, Any] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 9.0,
+    "axes.titlesize": 10.0,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": "0.35",
+    "axes.linewidth": 0.8,
+    "xtick.color": "0.25",
+    "ytick.color": "0.25",
+    "legend.frameon": False,
+    "legend.fontsize": 8.5,
+}
+"""Of matplotlib."""
 
 
 def robot_shape(robot: RobotModel, q: FloatArray) -> Capsules:

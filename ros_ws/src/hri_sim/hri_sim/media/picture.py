@@ -20,6 +20,7 @@ from hri_sim.media.look import (
     LIMBS,
     PURPLE,
     ROBOT_PARTS,
+    STYLE,
     TORSO,
     VERMILION,
     arm_shape,
@@ -37,21 +38,6 @@ FloatArray = NDArray[np.float64]
 
 PREDICTED_AT = 0.3
 """Share of the reach at which the prediction is shown."""
-_STYLE: dict[Any, Any] = {
-    "font.family": "DejaVu Sans",
-    "font.size": 9.0,
-    "axes.titlesize": 10.0,
-    "axes.titleweight": "bold",
-    "axes.titlelocation": "left",
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.edgecolor": "0.35",
-    "axes.linewidth": 0.8,
-    "xtick.color": "0.25",
-    "ytick.color": "0.25",
-    "legend.frameon": False,
-    "legend.fontsize": 8.5,
-}
 
 
 def draw_picture(record: RunRecord, path: str | Path, dpi: int = 150) -> Path:
@@ -72,7 +58,7 @@ def draw_picture(record: RunRecord, path: str | Path, dpi: int = 150) -> Path:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    with matplotlib.rc_context(_STYLE):
+    with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(11.0, 8.2), layout="constrained")
         FigureCanvasAgg(figure)
         grid = figure.add_gridspec(
