@@ -1,0 +1,114 @@
+"""What is wanted of the planner in the test conditions, held against what was measured."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from hri_sim.benchmark.conditions import task_conditions
+from hri_sim.benchmark.outcome import Outcome
+from hri_sim.benchmark.report import SHARE_HEADS, markdown_table, points_text, share_text
+from hri_sim.benchmark.summary import SHARES, by_task, compare, figures
+from hri_sim.reproduction.section import Measured
+
+OURS = "ptomp"
+ITOMP = "ptomp_velocity"
+"""The planner that foresees a reach by its velocity alone, as ITOMP does: the opponent."""
+
+
+@dataclass(frozen=True)
+class Bar:
+    """One share, or one lead over another planner, that is wanted of `OURS`.
+
+    Attributes:
+        share: One of :data:`.SHARES`.
+        slowdown: F of the machine.
+        low: Smallest value wanted, 0 to 1.
+        against: The planner whose share is subtracted; none: nothing is.
+        ambiguous: Whether only the tasks count in which only watching tells the target.
+    """
+
+    share: str
+    slowdown: float
+    low: float
+    against: str | None = None
+    ambiguous: bool = False
+
+    @property
+    def what(self) -> str:
+        """The figure in words."""
+        text = SHARE_HEADS[self.share]
+        if self.against is not None:
+            text = f"{text}, more than `{self.against}`"
+        if self.ambiguous:
+            text += ", ambiguous tasks"
+        return f"{text}, F = {self.slowdown:g}"
+
+    def measured(self, plan: Measured) -> tuple[float, list[float] | None] | None:
+        """The value and its 95 % interval; none when there was nothing to measure."""
+        ours = self._outcomes(plan, OURS)
+        if self.against is None:
+            found = figures(ours) if ours else None
+        else:
+            theirs = self._outcomes(plan, self.against)
+            found = compare(ours, theirs) if ours and theirs else None
+        return None if found is None else (found[self.share], found["ci95"][self.share])
+
+    def _outcomes(self, plan: Measured, planner: str) -> Mapping[int, Sequence[Outcome]]:
+        found = by_task(plan.done, planner)
+        if not self.ambiguous:
+            return found
+        split = plan.plan.split
+        return {t: some for t, some in found.items() if task_conditions(split, t).task.ambiguous}
+
+
+BARS = (
+    Bar("ok", 1.0, 0.98),
+    Bar("strict", 1.0, 0.96),
+    Bar("clearance_2cm", 1.0, 0.95),
+    Bar("ok", 1.0, 0.10, against=ITOMP),
+    Bar("clearance_2cm", 1.0, 0.15, against=ITOMP),
+    Bar("ok", 64.0, 0.90),
+)
+"""Those that the benchmark can tell."""
+
+
+def judge(bar: Bar, measured: Mapping[float, Measured]) -> dict[str, Any]:
+    """A bar, what was measured by F, and whether it is met: before any rounding; nothing is a miss."""
+    assert bar.share in SHARES
+    plan = measured.get(bar.slowdown)
+    found = None if plan is None else bar.measured(plan)
+    value, span = (None, None) if found is None else found
+    # What is exactly on a bar must not miss it by a rounding error of a difference.
+    met = value is not None and round(value - bar.low, 9) >= 0.0
+    return {
+        "what": bar.what,
+        "against": bar.against,
+        "wanted": bar.low,
+        "measured": value,
+        "ci95": span,
+        "met": met,
+    }
+
+
+def bar_texts(judged: Mapping[str, Any]) -> tuple[str, str]:
+    """What was measured and what is wanted: percents of a share, points of a difference."""
+    value, span = judged["measured"], judged["ci95"]
+    if judged["against"] is None:
+        return share_text(value, span), f"≥ {100.0 * judged['wanted']:g} %"
+    wanted = f"≥ {100.0 * judged['wanted']:g} points"
+    return ("–" if value is None else points_text(value, span)), wanted
+
+
+def bar_lines(judged: Sequence[Mapping[str, Any]]) -> list[str]:
+    """How many bars are met, and the table of all."""
+    missed = sum(not bar["met"] for bar in judged)
+    rows = [
+        [str(bar["what"]), *bar_texts(bar), "met" if bar["met"] else "**missed**"] for bar in judged
+    ]
+    return [
+        f"Wanted and measured, of `{OURS}`: {len(judged) - missed} met, {missed} missed.",
+        "",
+        markdown_table(["what", "measured", "wanted", ""], rows),
+    ]

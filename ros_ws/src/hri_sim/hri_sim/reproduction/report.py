@@ -1,0 +1,39 @@
+"""The text of ``ptomp.md``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from hri_prediction.results.origin import origin_line
+from hri_sim.reproduction import failures, pictures, times
+from hri_sim.reproduction.bars import bar_lines
+from hri_sim.reproduction.section import Measured
+from hri_sim.reproduction.sections import HEADLINE, SECTIONS
+
+
+def report(content: Mapping[str, Any], measured: Mapping[str, Mapping[str, Measured]]) -> str:
+    """Text in Markdown.
+
+    Args:
+        content: Of ``ptomp.json``.
+        measured: What was measured, by section and plan.
+    """
+    first = next(iter(measured[HEADLINE.name].values()))
+    motions = first.results["conditions"] * len(first.results["seeds"])
+    smoke = " --smoke" if content["smoke"] else ""
+    parts = [
+        "# The planners, measured\n",
+        f"Made by `scripts/reproduce_ptomp.py{smoke}`, in virtual time: what the conditions are and what "
+        "is counted says [planner_benchmark.md](../planner_benchmark.md). In brackets: 95 % intervals by "
+        "a bootstrap of tasks.\n",
+        origin_line(content["origin"]) + "\n",
+        *bar_lines(content["bars"]),
+    ]
+    for section in SECTIONS:
+        parts += [f"## {section.title}\n", *section.lines(measured[section.name])]
+        if section is HEADLINE:
+            parts += ["## What went wrong\n", *failures.lines(content["failures"], motions)]
+    parts += ["## Pictures\n", *pictures.lines(content["pictures"])]
+    parts += ["## Time\n", *times.lines(content["times"])]
+    return "\n".join(parts)

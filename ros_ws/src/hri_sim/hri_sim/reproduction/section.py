@@ -1,0 +1,69 @@
+"""A section of the report: what it measures, and how that is written down."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from hri_sim.benchmark.planners import PlannerSetup
+from hri_sim.benchmark.rows import Done, Unit
+from hri_sim.benchmark.run import SMOKE_TASKS, Plan
+
+SPLIT = "test"
+
+
+@dataclass(frozen=True)
+class Scope:
+    """How much is measured.
+
+    Attributes:
+        seeds: Of noise.
+        smoke: Whether everything is as small as it can be.
+    """
+
+    seeds: tuple[int, ...]
+    smoke: bool = False
+
+    @property
+    def first(self) -> Scope:
+        """The same with its first seed alone."""
+        return Scope(self.seeds[:1], self.smoke)
+
+    def plan(self, planners: tuple[PlannerSetup, ...], slowdown: float) -> Plan:
+        """Planners in all test conditions."""
+        if self.smoke:
+            return Plan(planners, SPLIT, slowdown, self.seeds[:1], SMOKE_TASKS, 1)
+        return Plan(planners, SPLIT, slowdown, self.seeds)
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What became of a plan.
+
+    Attributes:
+        plan: What was measured.
+        done: All units of work.
+        results: Their figures, see :func:`hri_sim.benchmark.summary.summarise`.
+    """
+
+    plan: Plan
+    done: Mapping[Unit, Done]
+    results: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of the report that follows from plans of the benchmark.
+
+    Attributes:
+        name: Of its results in ``ptomp.json``.
+        title: Of its text.
+        plans: What is measured, by names of its own.
+        lines: Its text in Markdown, from what was measured by these names.
+    """
+
+    name: str
+    title: str
+    plans: Callable[[Scope], dict[str, Plan]]
+    lines: Callable[[Mapping[str, Measured]], list[str]]

@@ -1,0 +1,14 @@
+"""All sections of the report, in their order; another one is one more entry."""
+
+from __future__ import annotations
+
+from hri_sim.reproduction import headline, speeds, variants
+from hri_sim.reproduction.section import Section
+
+HEADLINE = Section("headline", "The planners side by side", headline.plans, headline.lines)
+SECTIONS = (
+    HEADLINE,
+    Section("speeds", "Slower machines, other predictions", speeds.plans, speeds.lines),
+    Section("ablations", "What the parts are worth", variants.ablation_plans, variants.lines),
+    Section("robustness", "Other settings", variants.robustness_plans, variants.lines),
+)
