@@ -14,7 +14,17 @@ from hri_sim.benchmark.planners import NOMINAL, PLANNERS, find_planners
 from hri_sim.benchmark.rows import Done
 from hri_sim.benchmark.run import Plan, marks
 from hri_sim.benchmark.summary import summarise
-from hri_sim.reproduction import failures, headline, postures, scenes, surfaces, times, variants
+from hri_sim.media.look import camera_for
+from hri_sim.reproduction import (
+    drawing,
+    failures,
+    headline,
+    postures,
+    scenes,
+    surfaces,
+    times,
+    variants,
+)
 from hri_sim.reproduction.bars import BARS, ITOMP, OURS, Bar, bar_lines, judge
 from hri_sim.reproduction.closer import Item, KeptLooks, Look, collision_cost, look
 from hri_sim.reproduction.section import Measured, Scope
@@ -196,6 +206,24 @@ def test_surfaces_are_means_over_seeds():
     assert found["certain"]["control"] == [[15.0, 15.0], [15.0, 15.0]]
     assert surfaces.worst_cell(grid, found["certain"]) == (60, 60)
     assert {item.setup.config.num_timesteps for item in items} == {10, 60}
+
+
+def test_pictures_show_the_whole_path():
+    scenario = scenes.first_moving().scenario
+    inside = np.array([[0.4, 0.0, 0.3]])
+    assert drawing.camera_showing(scenario, inside) == camera_for(scenario)
+    wide = np.array([[0.4, 0.0, 0.3], [-0.8, 0.0, 1.0], [0.2, 0.9, 1.2]])
+    seen = drawing.camera_showing(scenario, wide).project(wide, 880, 760)
+    assert (seen > 0.0).all()
+    assert (seen < [880.0, 760.0]).all()
+
+
+def test_what_happens_at_the_goal_is_not_on_the_way():
+    item = Item(PLANNERS[NOMINAL], "test", 0, 0, 1.0, 0)
+    run = item.watch()[0]
+    shown = drawing.Trace("nominal", (0.0, 0.0, 0.0), run)
+    assert shown.closest_s() == pytest.approx(look(item).closest_s)
+    assert shown.row(1e3) == len(run.q) - 1
 
 
 # ------------------------------------------------------------------ time

@@ -95,7 +95,7 @@ def draw_scene(
     arm = condition.person().truth(np.array([time_s]))[0]
     tools = [robot.frames(trace.run.q)[:, 3] for trace in paths]
     bodies = [robot.frames(shown.run.q[row]), arm]
-    camera = _camera(scenario, np.concatenate([*bodies, *tools]))
+    camera = camera_showing(scenario, np.concatenate([*bodies, *tools]))
     caster = RayCaster(_WIDTH, _HEIGHT, camera, scenario.table.center, scenario.table.size, 2)
     solid = [robot_shape(robot, shown.run.q[row]), arm_shape(arm), torso_shape(scenario.persons[0])]
     solid.append(target_shape(scenario, {ROBOT_GOAL}))
@@ -108,7 +108,7 @@ def draw_scene(
     axes.set_axis_off()
 
 
-def _camera(scenario: Scenario, points: FloatArray) -> Camera:
+def camera_showing(scenario: Scenario, points: FloatArray) -> Camera:
     """The usual view; a wider one, aimed at the middle, where points (N, 3) [m] would be outside."""
     usual = camera_for(scenario)
     if _extent(usual, points) <= 1.0:
