@@ -94,10 +94,12 @@ def draw_scene(
     row = shown.row(time_s)
     arm = condition.person().truth(np.array([time_s]))[0]
     tools = [robot.frames(trace.run.q)[:, 3] for trace in paths]
-    bodies = [robot.frames(shown.run.q[row]), arm]
+    trunk = torso_shape(scenario.persons[0])
+    head = trunk.ends[-1]
+    bodies = [robot.frames(shown.run.q[row]), arm, head]
     camera = camera_showing(scenario, np.concatenate([*bodies, *tools]))
     caster = RayCaster(_WIDTH, _HEIGHT, camera, scenario.table.center, scenario.table.size, 2)
-    solid = [robot_shape(robot, shown.run.q[row]), arm_shape(arm), torso_shape(scenario.persons[0])]
+    solid = [robot_shape(robot, shown.run.q[row]), arm_shape(arm), trunk]
     solid.append(target_shape(scenario, {ROBOT_GOAL}))
     for trace, whole in zip(paths, tools, strict=True):
         tool = whole[::4].copy()
