@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 
 from hri_sim.benchmark.conditions import task_conditions
+from hri_sim.benchmark.execution import PAPER
 from hri_sim.benchmark.outcome import Outcome
 from hri_sim.benchmark.planners import NOMINAL, PLANNERS, find_planners
 from hri_sim.benchmark.rows import Done
 from hri_sim.benchmark.run import Plan, marks
 from hri_sim.benchmark.summary import summarise
+from hri_sim.benchmark.variation import Variation
 from hri_sim.media.look import camera_for
 from hri_sim.reproduction import (
     drawing,
@@ -59,7 +61,7 @@ def test_bars_are_met_exactly_and_missed_below():
     ):
         assert judge(bar, {1.0: one})["met"] is met, bar.what
     text = "\n".join(bar_lines([judge(bar, {1.0: one}) for bar in BARS]))
-    assert "5 met, 1 missed" in text
+    assert "5 met, 5 missed" in text  # of F = 64 nothing was measured; STOMP is as good
     assert (
         f"| ok, more than `{ITOMP}`, F = 1 | +50.0 (+0.0 to +100.0) | ≥ 10 points | met |" in text
     )
@@ -75,11 +77,18 @@ def test_sections_measure_test_tasks_and_share_what_they_have_in_common():
         for name, plan in section.plans(Scope((0, 1))).items()
     }
     for (section, _), plan in found.items():
-        assert (plan.split, len(plan.tasks) * plan.conditions) == ("test", 450)
-        assert plan.seeds == ((0, 1) if section == "headline" else (0,))
+        many = section == "headline"
+        assert (plan.split, len(plan.tasks) * plan.conditions) == ("test", 450 if many else 150)
+        assert plan.seeds == ((0, 1) if many else (0,))
         assert plan.planners[0].name == OURS
-    ours = {marks(plan)[OURS] for (_, _), plan in found.items() if plan.slowdown == 1.0}
-    assert len(ours) == 1  # done once for all of them
+    usual = [
+        plan
+        for (section, _), plan in found.items()
+        if section != "headline" and plan.slowdown == 1.0
+        if plan.variation == Variation() and plan.execution == PAPER
+    ]
+    assert len(usual) > 4
+    assert len({marks(plan)[OURS] for plan in usual}) == 1  # done once for all of them
     assert {plan.slowdown for plan in found.values()} == {1.0, 8.0, 64.0, 512.0}
 
 
@@ -232,5 +241,7 @@ def test_work_that_plans_have_in_common_is_counted_once():
     found = times.times([one, one])
     assert found["conditions"] == 2 * (len(headline.PLANNERS) + 1)
     assert found["ms_per_condition"]["1"][OURS] == 2000.0
-    assert found["core_hours"] == pytest.approx(2 * 2.0 * 5 / 3600.0, abs=1e-3)
+    assert found["core_hours"] == pytest.approx(
+        2 * 2.0 * (len(headline.PLANNERS) + 1) / 3600.0, abs=1e-3
+    )
     assert f"| `{OURS}` | – | 2000 |" in "\n".join(times.lines(found))

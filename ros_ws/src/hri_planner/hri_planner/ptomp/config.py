@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from importlib import resources
 
 import numpy as np
@@ -190,6 +191,7 @@ def parameter_file_text() -> str:
     return resources.files("hri_planner.config").joinpath("ptomp.yaml").read_text()
 
 
+@cache
 def load_default_config() -> PtompConfig:
     """The configuration of the parameter file that ships with the package."""
     return from_mapping(PtompConfig, yaml.safe_load(parameter_file_text()))

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from functools import cache
+from functools import cache, cached_property
 from importlib import resources
 from types import MappingProxyType
 from typing import Any
@@ -42,7 +42,7 @@ class Variant:
     prediction: str
     settings: Mapping[str, Any]
 
-    @property
+    @cached_property
     def config(self) -> PtompConfig:
         """All parameters."""
         return from_mapping(PtompConfig, {**asdict(load_default_config()), **self.settings})

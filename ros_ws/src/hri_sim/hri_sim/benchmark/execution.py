@@ -22,9 +22,9 @@ from hri_sim.scenario.schema import Scenario
 STEP_S = 1.0 / SAMPLE_RATE_HZ
 
 
-EXECUTIONS: dict[str, Callable[[Scenario], Joints]] = {"paper": OnPaper, "mujoco": InMujoco}
+PAPER, MUJOCO = "paper", "mujoco"
+EXECUTIONS: dict[str, Callable[[Scenario], Joints]] = {PAPER: OnPaper, MUJOCO: InMujoco}
 """Ways to make motions of plans: exactly, or by the simulated controller and robot."""
-PAPER = "paper"
 
 
 def check_execution(name: str) -> None:

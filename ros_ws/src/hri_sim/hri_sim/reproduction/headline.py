@@ -16,10 +16,10 @@ from hri_sim.benchmark.report import (
     share_text,
 )
 from hri_sim.benchmark.run import Plan
-from hri_sim.reproduction.bars import ITOMP, OURS
+from hri_sim.reproduction.bars import ITOMP, OURS, STOMP
 from hri_sim.reproduction.section import Measured, Scope
 
-PLANNERS = (OURS, ITOMP, "ptomp_staying", NOMINAL)
+PLANNERS = (OURS, ITOMP, STOMP, "stomp", NOMINAL)
 """Who takes part, ours first."""
 SLOWDOWNS = (1.0, 64.0)
 THESIS = {

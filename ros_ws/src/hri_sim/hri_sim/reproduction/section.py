@@ -6,11 +6,16 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from hri_sim.benchmark.conditions import CONDITIONS_A_TASK
+from hri_sim.benchmark.execution import PAPER
 from hri_sim.benchmark.planners import PlannerSetup
 from hri_sim.benchmark.rows import Done, Unit
 from hri_sim.benchmark.run import SMOKE_TASKS, Plan
+from hri_sim.benchmark.variation import AS_DRAWN, Variation
 
 SPLIT = "test"
+FEW = 5
+"""Conditions of each task where many planners are compared with one seed."""
 
 
 @dataclass(frozen=True)
@@ -30,11 +35,29 @@ class Scope:
         """The same with its first seed alone."""
         return Scope(self.seeds[:1], self.smoke)
 
-    def plan(self, planners: tuple[PlannerSetup, ...], slowdown: float) -> Plan:
-        """Planners in all test conditions."""
+    def plan(
+        self,
+        planners: tuple[PlannerSetup, ...],
+        slowdown: float,
+        *,
+        conditions: int = CONDITIONS_A_TASK,
+        variation: Variation = AS_DRAWN,
+        execution: str = PAPER,
+    ) -> Plan:
+        """Planners in all test tasks; arguments as of :class:`.Plan`."""
         if self.smoke:
-            return Plan(planners, SPLIT, slowdown, self.seeds[:1], SMOKE_TASKS, 1)
-        return Plan(planners, SPLIT, slowdown, self.seeds)
+            return Plan(
+                planners, SPLIT, slowdown, self.seeds[:1], SMOKE_TASKS, 1, variation, execution
+            )
+        return Plan(
+            planners,
+            SPLIT,
+            slowdown,
+            self.seeds,
+            conditions=conditions,
+            variation=variation,
+            execution=execution,
+        )
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from hri_sim.benchmark.planners import PLANNERS, PlannerSetup, find_planners
 from hri_sim.benchmark.report import markdown_table, mean_table, share_text
 from hri_sim.benchmark.run import Plan
 from hri_sim.reproduction.bars import OURS
-from hri_sim.reproduction.section import Measured, Scope
+from hri_sim.reproduction.section import FEW, Measured, Scope
 
 _SETTINGS = PLANNERS[OURS].settings
 PERFECT = PlannerSetup("ptomp_perfect", "PTOMP, told the true motion", "oracle", _SETTINGS)
@@ -22,7 +22,9 @@ _SHOWN = {"ok": "ok", "clearance_2cm": "at least 2 cm clear"}
 def plans(scope: Scope) -> dict[str, Plan]:
     """Each F, with every quality of prediction."""
     setups = (*find_planners(BETWEEN), PERFECT, UNSEEN)
-    return {f"F{slow:g}": scope.first.plan(setups, float(slow)) for slow in SLOWDOWNS}
+    return {
+        f"F{slow:g}": scope.first.plan(setups, float(slow), conditions=FEW) for slow in SLOWDOWNS
+    }
 
 
 def lines(measured: Mapping[str, Measured]) -> list[str]:
@@ -30,7 +32,9 @@ def lines(measured: Mapping[str, Measured]) -> list[str]:
     found = [one.results for one in measured.values()]
     slow = [f"F = {results['budget']:g}" for results in found]
     order = (PERFECT.name, *BETWEEN, UNSEEN.name)
-    parts = ["The first seed. Predictions from the best to none:\n"]
+    parts = [
+        f"The first {FEW} conditions of each task, the first seed. Predictions from the best to none:\n"
+    ]
     for key, words in _SHOWN.items():
         rows = [
             [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from hri_planner.ptomp.variants import variants
 from hri_sim.benchmark.planners import PLANNERS, PlannerSetup, find_planners
 from hri_sim.benchmark.report import (
     MEAN_HEADS,
@@ -14,10 +15,13 @@ from hri_sim.benchmark.report import (
 )
 from hri_sim.benchmark.run import Plan
 from hri_sim.reproduction.bars import OURS
-from hri_sim.reproduction.section import Measured, Scope
+from hri_sim.reproduction.section import FEW, Measured, Scope
 
-ABLATIONS: tuple[str, ...] = ("ptomp_velocity", "ptomp_staying")
-"""Planners that lack something that `OURS` has."""
+ABLATIONS = (
+    *(name for name, found in variants().items() if found.kind != "planner"),
+    "itomp_timing",
+)
+"""Planners that lack something that `OURS` has, and a peer that has more than usual."""
 KAPPAS = (0.0, 0.25, 1.0, 2.0)
 MARGINS_M = (0.03, 0.05, 0.09, 0.12)
 _LOST = "clearance_2cm"
@@ -25,16 +29,23 @@ _SHOWN_MEANS = ("time_to_goal_s", "accel_cost", "clearance_m")
 
 
 def ablation_plans(scope: Scope) -> dict[str, Plan]:
-    """All at once, on the reference machine."""
-    return {"F1": scope.first.plan(find_planners((OURS, *ABLATIONS)), 1.0)}
+    """All at once, on the reference machine and on a slow one."""
+    names = (OURS, *(ABLATIONS[:1] if scope.smoke else ABLATIONS))
+    return {
+        f"F{slow:g}": scope.first.plan(find_planners(names), slow, conditions=FEW)
+        for slow in (1.0, 64.0)
+    }
 
 
 def robustness_plans(scope: Scope) -> dict[str, Plan]:
     """One for each setting, on the reference machine."""
     step = len(KAPPAS) - 1 if scope.smoke else 1  # the ends
     return {
-        "kappa": scope.first.plan((PLANNERS[OURS], *map(with_kappa, KAPPAS[::step])), 1.0),
-        "margin": scope.first.plan((PLANNERS[OURS], *map(with_margin, MARGINS_M[::step])), 1.0),
+        name: scope.first.plan((PLANNERS[OURS], *setups), 1.0, conditions=FEW)
+        for name, setups in (
+            ("kappa", map(with_kappa, KAPPAS[::step])),
+            ("margin", map(with_margin, MARGINS_M[::step])),
+        )
     }
 
 
@@ -63,10 +74,12 @@ def _changed(name: str, text: str, settings: tuple[tuple[str, float], ...]) -> P
 def lines(measured: Mapping[str, Measured]) -> list[str]:
     """A table for each plan, with what is lost against the first planner of it."""
     parts = [
-        "The first seed, F = 1; in the last column what the first has more, in the same tasks.\n"
+        f"The first {FEW} conditions of each task, the first seed; in the last column what the first "
+        "planner has more, in the same tasks.\n"
     ]
     for one in measured.values():
         planners = one.results["planners"]
+        parts.append(f"F = {one.results['budget']:g}:\n")
         first = next(iter(planners))
         head = ["planner", *SHARE_HEADS.values()]
         head += [
