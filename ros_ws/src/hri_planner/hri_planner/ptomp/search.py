@@ -27,6 +27,7 @@ FloatArray = NDArray[np.float64]
 _KEEP = 0.95  # an alternative must cost less than this share of the present plan
 _GOAL_TOLERANCE = 1e-7  # m
 _ROUND_SHARE = 4  # first round: each start gets 1/4 of the iterations
+_POSTURES = 16  # final postures between two looks at the deadline
 _TRIED = 2  # kinds of motions tried in trouble, besides the way around
 
 
@@ -162,7 +163,9 @@ class MotionSearch:
             end = min(grid.knots - 1, int(LOOK_S / grid.step))
             if kept.arrival is not None and end > kept.arrival:
                 yield [replace(kept, kind="excursion", arrival=end)]
-        yield posture_motions(kept, grid, robot, task.goal, config.posture_candidates, self._rng)
+        for first in range(0, config.posture_candidates, _POSTURES):
+            count = min(config.posture_candidates - first, _POSTURES)
+            yield posture_motions(kept, grid, robot, task.goal, count, self._rng)
 
     def _other_timings(self, kept: Motion, grid: Grid, task: Task) -> Iterator[list[Motion]]:
         """Slower, later or stopped motions, fresh ones, and retreats."""
