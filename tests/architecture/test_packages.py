@@ -43,6 +43,7 @@ ROSDEP_KEYS = {
     "pydantic": "python3-pydantic",
     "rich": "python3-rich",
     "scipy": "python3-scipy",
+    "sklearn": "python3-sklearn",
     "typer": "python3-typer",
     "yaml": "python3-yaml",
 }
@@ -65,6 +66,7 @@ EXTRAS = {
     "distributed": "cluster.txt",
     "pinocchio": "dev.txt",
     "qtm_rt": "qualisys.txt",
+    "sklearn": "training.txt",
 }
 """Modules that little needs, and the file that locks them instead of runtime.txt."""
 CEILING = 400
@@ -160,7 +162,8 @@ def test_package_xml_declares_what_is_imported_and_no_more(package: str) -> None
 @pytest.mark.parametrize("package", ORDER)
 def test_python_requirements_are_locked(package: str) -> None:
     tops = {name.split(".")[0] for path in _modules(package) for name in _imports(path)}
-    names = {"yaml": "pyyaml", "mpl_toolkits": "matplotlib"} | WITHOUT_KEY
+    names = {"yaml": "pyyaml", "mpl_toolkits": "matplotlib", "sklearn": "scikit-learn"}
+    names |= WITHOUT_KEY
     for file in ("runtime.txt", "runtime_system_ros.txt"):
         lines = (ROOT / "requirements" / file).read_text().splitlines()
         locked = {line.split("==")[0].lower() for line in lines}

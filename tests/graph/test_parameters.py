@@ -66,6 +66,8 @@ def test_values_out_of_range_are_one_clear_line(node: Any, name: str, value: Any
         (SimulatorNode, "scenario", "/nowhere/scenario.yaml"),
         (PersonNode, "scenario", "/nowhere/scenario.yaml"),
         (PredictorNode, "library", "/nowhere/library.npz"),
+        (PtompNode, "adaptation_model", "/nowhere/model.npz"),
+        (PtompNode, "adaptation_model", "no_such_model"),
         (ReplayerNode, "file", "/nowhere/recording.npz"),
         (ReplayerNode, "file", ""),
         (RecorderNode, "output", "/proc/nowhere/bag"),

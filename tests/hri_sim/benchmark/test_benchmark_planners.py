@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from hri_prediction.errors import ConfigError
-from hri_sim.benchmark import command, run
+from hri_sim.benchmark import command, rows
 from hri_sim.benchmark.conditions import task_conditions
 from hri_sim.benchmark.outcome import Outcome
 from hri_sim.benchmark.planners import NOMINAL, ORACLE, PLANNERS
@@ -109,15 +109,15 @@ def test_intervals_cover_the_truth():
 
 def test_rows_outlive_an_interruption(tmp_path):
     path, keep = tmp_path / "rows.jsonl", marks(SMALL)
-    file = RowFile(path, keep)
+    file = RowFile(path, keep, Outcome)
     first, second = SMALL.units[:2]
     file.add(Done(first, (GOOD, LOST), 1.25))
     with path.open("a") as stream:
         stream.write('{"planner": "nominal", "se')  # killed while it wrote
-    assert RowFile(path, keep).read() == {first: Done(first, (GOOD, LOST), 1.25)}
+    assert RowFile(path, keep, Outcome).read() == {first: Done(first, (GOOD, LOST), 1.25)}
     file.add(Done(second, (BAD, BAD), 2.0))
     assert set(file.read()) == {first, second}
-    assert RowFile(path, {**keep, NOMINAL: "of other code"}).read() == {}
+    assert RowFile(path, {**keep, NOMINAL: "of other code"}, Outcome).read() == {}
 
 
 def test_marks_tell_what_outcomes_depend_on():
@@ -140,7 +140,7 @@ def test_more_seeds_do_only_what_is_missing(tmp_path, monkeypatch):
         asked.append(len(items))
         yield from (Done(unit, (GOOD, GOOD), 0.0) for unit in items)
 
-    monkeypatch.setattr(run, "do_all", do_all)
+    monkeypatch.setattr(rows, "do_all", do_all)
     for seeds in ((0,), (0, 1), (0, 1)):
         run_benchmark(replace(SMALL, seeds=seeds), tmp_path / "rows.jsonl")
     assert asked == [4, 2]

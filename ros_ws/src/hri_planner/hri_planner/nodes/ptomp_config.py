@@ -55,6 +55,11 @@ class PtompNodeConfig:
     default_duration: float = parameter(
         1.5, "Duration of a motion whose goal names none", unit="s", low=0.2, high=60.0
     )
+    adaptation_model: str = parameter(
+        "",
+        "Model that chooses planner.num_timesteps and num_rollouts when a motion starts: a .npz file, or "
+        "the name of one that ships, as success_f64; empty: they stay as they are",
+    )
     max_duration: float = parameter(
         20.0, "A motion that takes longer ends as blocked", unit="s", low=1.0
     )

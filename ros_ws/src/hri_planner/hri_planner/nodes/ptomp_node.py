@@ -318,8 +318,10 @@ class PtompNode(HriNode):
 
     def health(self) -> tuple[bytes, str, dict[str, Any]]:
         """Timing of the replans, misses, what is wrong with the inputs."""
-        intervals = self._supervisor.intervals
+        intervals, size = self._supervisor.intervals, self.replanning.planner.config
         figures: dict[str, Any] = {
+            "num_timesteps": size.num_timesteps,
+            "num_rollouts": size.num_rollouts,
             "plans": intervals.plans,
             "deadline_misses": intervals.misses,
             "failed_replans": intervals.failures,

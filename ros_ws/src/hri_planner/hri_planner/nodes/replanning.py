@@ -9,6 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hri_planner.adaptation.model_file import find_model
+from hri_planner.adaptation.online import OnlineAdaptation
 from hri_planner.nodes.ptomp_config import PtompNodeConfig
 from hri_planner.ptomp.budget import VirtualTimeBudget
 from hri_planner.ptomp.config import PtompConfig
@@ -74,6 +76,10 @@ class Replanning:
         tick_s: Period of the node's tick [s].
         lockstep: Whether plans are made at once, with a budget of virtual time.
         now_ns: The node's clock.
+
+    Raises:
+        ConfigError: when the adaptation model is one that does not ship.
+        DataError: when its file is unusable.
     """
 
     def __init__(
@@ -91,14 +97,16 @@ class Replanning:
         self._inputs = inputs
         self._lockstep = lockstep
         self._now_ns = now_ns
-        self._rollouts = planner_config.num_rollouts
-        self._timesteps = planner_config.num_timesteps
+        self._robot = robot
         table = TableBox(*config.table) if config.table_center else None
         rng = np.random.default_rng(config.seed)
-        self.planner = PtompPlanner(robot, planner_config, rng, table=table)
+        self._adaptation: OnlineAdaptation | None = None
+        if config.adaptation_model:
+            selection = find_model(config.adaptation_model)
+            self._adaptation = OnlineAdaptation(selection, robot, planner_config, rng, table)
         arrival_s = 0.0 if lockstep else config.compute_share * config.replan_interval + tick_s
         self.handover = Handover(
-            self.planner,
+            PtompPlanner(robot, planner_config, rng, table=table),
             inputs,
             arrival_ns=seconds_to_ns(arrival_s),
             interval_ns=seconds_to_ns(config.replan_interval),
@@ -107,6 +115,11 @@ class Replanning:
         )
         self.worker: Worker[Cycle | Failed] = Worker("ptomp optimiser", inline=lockstep)
         self._budget = VirtualTimeBudget(config.slowdown)
+
+    @property
+    def planner(self) -> PtompPlanner:
+        """That of the present motion: with adaptation, each motion may have another."""
+        return self.handover.planner
 
     def start(self, goal: Goal, handover_ns: int) -> None:
         """Set the planner on a new goal, from rest or in flight.
@@ -123,7 +136,20 @@ class Replanning:
             # What the controller asks for, not what the joints make of it: no step at hand-over.
             q = np.array(reference.reference_position)
             qd = np.array(reference.reference_velocity)
-        self.planner.start(q, qd, goal.target, goal.duration_s, 0.0)
+        if self._adaptation is None:
+            self.planner.start(q, qd, goal.target, goal.duration_s, 0.0)
+        else:
+            inputs = self._inputs
+            self.handover.planner = self._adaptation.start(
+                self.planner,
+                (q, qd),
+                goal.target,
+                goal.duration_s,
+                inputs.forecasts(handover_ns),
+                uncertainties=inputs.uncertainties,
+                errors=inputs.errors,
+                distance=inputs.separation(self._robot),
+            )
         self.handover.begin(handover_ns)
 
     def submit(self, interval: Interval) -> None:
@@ -142,7 +168,9 @@ class Replanning:
         deadline: Callable[[], bool] | None = None
         if self._lockstep:
             interval_s, steps = self._config.replan_interval, self._free_steps(handover_s)
-            iterations = self._budget.iterations(interval_s, self._rollouts, steps)
+            iterations = self._budget.iterations(
+                interval_s, self.planner.config.num_rollouts, steps
+            )
         else:
             share = self._config.compute_share
             end_ns = interval.begin_ns + round(share * (handover_ns - interval.begin_ns))
@@ -170,4 +198,4 @@ class Replanning:
         """Time steps between a hand-over and the end of the present plan."""
         plan = self.planner.plan
         left_s = 0.0 if plan is None else max(plan.end_s - handover_s, 0.0)
-        return round(left_s / self._config.default_duration * self._timesteps)
+        return round(left_s / self._config.default_duration * self.planner.config.num_timesteps)

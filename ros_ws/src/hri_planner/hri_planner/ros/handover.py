@@ -44,13 +44,14 @@ class Handover:
     """Keeps the planner's idea of the motion and the controller's together.
 
     Args:
-        planner: The planner; used between two replans only.
+        planner: The first planner; used between two replans only.
         inputs: What the node has heard.
         arrival_ns: Time from the start of a cycle until its plan reaches the controller [ns].
         interval_ns: Time from the start of a cycle to its hand-over [ns].
         lockstep: Whether plans arrive at once, and take effect as of the controller's last step.
 
     Attributes:
+        planner: The planner of the present motion.
         origin_ns: Zero of the plan clock on the ROS clock [ns].
         not_followed: Plans that the controller was to follow and did not: refused, or lost.
         off_path: Plans that were not sent, because they begin where the robot will not be.
@@ -66,7 +67,7 @@ class Handover:
         lockstep: bool,
         now_ns: Callable[[], int],
     ) -> None:
-        self._planner = planner
+        self.planner = planner
         self._inputs = inputs
         self._arrival_ns = arrival_ns
         self._interval_ns = interval_ns
@@ -138,13 +139,13 @@ class Handover:
         if progress.published.earlier:
             # Nothing of this motion has got through yet: it begins anew from where the robot will be.
             q, qd, _ = progress.published.plan.sample(progress.plan_time_s)
-            self._planner.resync(q, qd, self.plan_time_s(handover_ns))
+            self.planner.resync(q, qd, self.plan_time_s(handover_ns))
             return joint
         if progress.refused:
-            self._planner.restore(progress.published.snapshot)
+            self.planner.restore(progress.published.snapshot)
         elif progress.rate > 0.999 and lag_s < 1e-6:
             return joint  # as planned
-        self._planner.follow(progress.published.plan.shifted(lag_s))
+        self.planner.follow(progress.published.plan.shifted(lag_s))
         return joint
 
     def due_ns(self, handover_ns: int, joint: Joint | None, begin: FloatArray) -> int | None:
@@ -184,7 +185,7 @@ class Handover:
     def sent(self, due_ns: int, before: PlannerSnapshot, result: ReplanResult) -> None:
         """Note a plan that is being sent, whose first point is due at ``due_ns``."""
         path = self._sent.with_lead_in(before.plan, result.plan)
-        snapshot = self._planner.snapshot()
+        snapshot = self.planner.snapshot()
         self._sent.add(Published(due_ns, result.plan.start_s, path, snapshot))
 
     def _progress(self, handover_ns: int) -> Progress | None:
@@ -199,10 +200,10 @@ class Handover:
 
     def _from_rest(self, reference: ControllerState, handover_ns: int) -> None:
         """The robot stands, and will until the next plan."""
-        if self._planner.plan is None:
+        if self.planner.plan is None:
             return
         stands_at = np.array(reference.reference_position)
         handover_s = self.plan_time_s(handover_ns)
-        q, qd, _ = self._planner.plan.sample(handover_s)
+        q, qd, _ = self.planner.plan.sample(handover_s)
         if max(np.abs(q - stands_at).max(), np.abs(qd).max()) > _SAME:
-            self._planner.resync(stands_at, np.zeros(7), handover_s)
+            self.planner.resync(stands_at, np.zeros(7), handover_s)

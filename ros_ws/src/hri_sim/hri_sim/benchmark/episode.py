@@ -18,8 +18,10 @@ from hri_planner.ptomp.budget import VirtualTimeBudget
 from hri_planner.robot import load_robot
 from hri_prediction.errors import PlanningError
 from hri_prediction.prediction import TaskLibrary
-from hri_sim.benchmark.conditions import SPLITS, Condition
+from hri_sim.benchmark.adapted import adapted_config
+from hri_sim.benchmark.conditions import Condition
 from hri_sim.benchmark.execution import PAPER, Run
+from hri_sim.benchmark.first_look import episode_seeds
 from hri_sim.benchmark.joints import standing
 from hri_sim.benchmark.observers import OBSERVERS
 from hri_sim.benchmark.outcome import LIMIT_S, Execution, Outcome
@@ -42,8 +44,6 @@ POSTURE_S = 0.045e-3
 """Charged at each replan for each final posture that is looked for [s]."""
 START_S = 5e-3
 """Charged once, for the first final posture and the motion to it, with which the robot sets off [s]."""
-
-_ENTROPY = 20150611  # of tracking and planners' noise
 
 
 def replan_charge(setup: PlannerSetup) -> float:
@@ -95,10 +95,10 @@ def watch_episode(
 
     Raises:
         PlanningError: when the planner refuses the goal.
+        ConfigError: when the setup names a model that does not ship.
+        DataError: when its file is unusable.
     """
-    task = condition.task
-    key = (SPLITS.index(task.split), task.number, condition.number, seed)
-    tracking, noise = np.random.SeedSequence(_ENTROPY, spawn_key=key).spawn(2)
+    tracking, noise = episode_seeds(condition, seed)
     robot, scenario, person = load_robot(), condition.scenario, variation.person_in(condition)
     if setup.observer is None:
         run = Run(condition, person, nominal_plan(robot, scenario), execution)
@@ -107,7 +107,12 @@ def watch_episode(
     observer = OBSERVERS[setup.observer](person, library)
     watch = Watch(person, observer, np.random.default_rng(tracking))
     table = TableBox(scenario.table.center, scenario.table.size)
-    config = setup.config
+    config, start_charge_s = setup.config, START_S
+    if setup.adaptation is not None:
+        config, choosing_s = adapted_config(
+            config, setup.adaptation, condition, setup.observer, library, seed, variation
+        )
+        start_charge_s += choosing_s
     planner = PtompPlanner(robot, config, np.random.default_rng(noise), table)
     duration = scenario.reaches[0].duration
     interval_s = duration / config.num_timesteps
@@ -122,7 +127,7 @@ def watch_episode(
         handover_s = cycle * interval_s
         watch.advance(handover_s - interval_s)
         left_s = duration if planner.plan is None else max(planner.plan.end_s - handover_s, 0.0)
-        charge_s = fixed_s + (START_S if planner.plan is None else 0.0)
+        charge_s = fixed_s + (start_charge_s if planner.plan is None else 0.0)
         given_s = interval_s if config.interleaved else duration
         granted = budget.grant(given_s, config.num_rollouts, round(left_s / interval_s), charge_s)
         if granted is not None:

@@ -13,6 +13,7 @@ from hri_planner.ptomp.variants import variants
 from hri_planner.robot import RobotModel
 from hri_prediction.config import from_mapping
 from hri_prediction.errors import ConfigError
+from hri_sim.benchmark.adapted import ADAPTED
 from hri_sim.scenario.nominal import nominal_goal
 from hri_sim.scenario.schema import Scenario
 
@@ -30,12 +31,14 @@ class PlannerSetup:
         observer: What it is told of the person, one of :data:`.OBSERVERS`; none: nothing, and it
             does not replan.
         settings: Parameters of :class:`PtompConfig` that differ from the default, with values.
+        adaptation: Shipped model that chooses time steps and roll-outs at the start; none: they stay.
     """
 
     name: str
     text: str
     observer: str | None = "promp"
     settings: tuple[tuple[str, float | int], ...] = ()
+    adaptation: str | None = None
 
     @property
     def config(self) -> PtompConfig:
@@ -48,6 +51,7 @@ PLANNERS = {
         name: PlannerSetup(name, found.text, found.prediction, tuple(found.settings.items()))
         for name, found in variants().items()
     },
+    **{name: PlannerSetup(name, text, adaptation=model) for name, text, model in ADAPTED},
     NOMINAL: PlannerSetup(
         NOMINAL, "minimum-jerk motion to the nearest goal posture, whoever is there", None
     ),

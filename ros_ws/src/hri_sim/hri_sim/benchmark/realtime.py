@@ -21,7 +21,7 @@ from hri_planner.ptomp import HumanForecast, PtompPlanner, ReplanResult, TableBo
 from hri_planner.ptomp.budget import BASE_S, EXTRA_POINTS, PER_POINT_S
 from hri_planner.ptomp.optimizer import Optimizer
 from hri_planner.robot import load_robot
-from hri_prediction.errors import PlanningError
+from hri_prediction.errors import ConfigError, PlanningError
 from hri_prediction.prediction import TaskLibrary
 from hri_prediction.tracks.track import ArmSample
 from hri_sim.benchmark.conditions import Condition
@@ -187,7 +187,12 @@ def measure_condition(
 
     Raises:
         PlanningError: when the planner refuses the goal.
+        ConfigError: for a planner whose time steps are chosen at the start: it has no interval of its own.
     """
+    if setup.adaptation is not None:
+        raise ConfigError(
+            f"--real-time with {setup.name}", expected="planners whose time steps are not chosen"
+        )
     assert setup.observer is not None
     robot, scenario, person = load_robot(), condition.scenario, variation.person_in(condition)
     rngs = np.random.default_rng([seed, scenario.seed]).spawn(4)

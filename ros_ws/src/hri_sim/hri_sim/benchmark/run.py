@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import functools
 import hashlib
@@ -13,15 +12,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from hri_planner.adaptation.model_file import shipped_path
 from hri_prediction.compiled import source_hash
 from hri_sim.benchmark.conditions import CONDITIONS_A_TASK, TASKS, task_conditions
 from hri_sim.benchmark.episode import run_episode
 from hri_sim.benchmark.execution import PAPER
 from hri_sim.benchmark.learning import task_library
+from hri_sim.benchmark.outcome import Outcome
 from hri_sim.benchmark.planners import ORACLE, ORACLE_SETUP, PlannerSetup
-from hri_sim.benchmark.rows import Done, RowFile, Unit
+from hri_sim.benchmark.rows import Done, RowFile, Unit, do_waiting
 from hri_sim.benchmark.variation import AS_DRAWN, Variation
-from hri_sim.benchmark.workers import do_all
 
 ORACLE_SLOWDOWN = 0.1
 """The oracle's F: ten times the iterations of the reference machine, more than it ever uses."""
@@ -82,6 +82,7 @@ def marks(plan: Plan) -> dict[str, str]:
             plan.variation,
             plan.execution,
             json.dumps([dataclasses.asdict(setup), dataclasses.asdict(setup.config)]),
+            b"" if setup.adaptation is None else shipped_path(setup.adaptation).read_bytes(),
             sources,
             [importlib.metadata.version(package) for package in ("numpy", "scipy", "numba")],
         )
@@ -89,7 +90,7 @@ def marks(plan: Plan) -> dict[str, str]:
     return found
 
 
-def do_unit(plan: Plan, unit: Unit) -> Done:
+def do_unit(plan: Plan, unit: Unit) -> Done[Outcome]:
     """All conditions of one task, with one planner and seed."""
     conditions = task_conditions(plan.split, unit.task).conditions[: plan.conditions]
     library = task_library(plan.split, unit.task)
@@ -117,7 +118,7 @@ def run_benchmark(
     workers: int = 1,
     scheduler: str | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> dict[Unit, Done]:
+) -> dict[Unit, Done[Outcome]]:
     """Do what is not yet done.
 
     Outcomes do not depend on who does the work, in what order, or on how often it was broken off.
@@ -132,20 +133,11 @@ def run_benchmark(
     Raises:
         ConfigError: when the scheduler cannot be used.
     """
-    file = RowFile(path, marks(plan))
-    units = plan.units
-    before = file.read()
-    done = {unit: before[unit] for unit in units if unit in before}
-    waiting = [unit for unit in units if unit not in done]
-    if progress is not None:
-        progress(len(done), len(units))
-    if not waiting:
-        return done
-    work = functools.partial(do_unit, plan)
-    with contextlib.closing(do_all(work, waiting, workers=workers, scheduler=scheduler)) as results:
-        for result in results:
-            file.add(result)
-            done[result.unit] = result
-            if progress is not None:
-                progress(len(done), len(units))
-    return {unit: done[unit] for unit in units}
+    return do_waiting(
+        RowFile(path, marks(plan), Outcome),
+        {unit: unit for unit in plan.units},
+        functools.partial(do_unit, plan),
+        workers=workers,
+        scheduler=scheduler,
+        progress=progress,
+    )

@@ -1,0 +1,1 @@
+"""Training of parameter adaptation on simulated motions of the benchmark's tuning tasks."""

@@ -1,0 +1,194 @@
+"""How good adaptation is in tasks that nothing was learnt from."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+import numpy as np
+
+from hri_planner.adaptation.algorithm1 import RULES
+from hri_planner.adaptation.grid import CELLS, Cell
+from hri_planner.ptomp.config import load_default_config
+from hri_prediction.arm.geometry import FloatArray
+from hri_sim.adaptation.design import RANDOM, Design, Job, Trial
+from hri_sim.adaptation.samples import Sample
+from hri_sim.adaptation.training import Models, Samples, label_errors, labelled, of_tasks
+from hri_sim.benchmark.rows import Unit
+from hri_sim.benchmark.summary import interval, mean_of
+
+DEFAULT = "default"
+"""What is configured when nothing adapts."""
+FIXED = "fixed"
+ADAPTING = ("gpr", "gpr_lower", "success")
+SEED_SD = (4.17, 5.48)
+"""The thesis' standard deviations of the errors of TS and NT, in 50 conditions."""
+_EDGES = (0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 1.0)
+
+
+def default_cell() -> Cell:
+    """The parameters of the parameter file."""
+    config = load_default_config()
+    return Cell(config.num_timesteps, config.num_rollouts)
+
+
+def chosen_jobs(design: Design, samples: Samples, models: Models) -> list[Job]:
+    """What each model chooses in the conditions of held-out tasks, to be simulated."""
+    jobs = []
+    for name in (*models.by_name, DEFAULT):
+        model = models.by_name.get(name)
+        for task in design.held_out:
+            for seed in design.seeds:
+                first = {s.condition: s for s in reversed(samples[Unit(RANDOM, seed, task)])}
+                trials = tuple(
+                    Trial(number, default_cell() if model is None else model.choose(s.situation))
+                    for number, s in sorted(first.items())
+                )
+                jobs.append(Job(Unit(name, seed, task), trials))
+    return jobs
+
+
+def evaluate(
+    design: Design, samples: Samples, models: Models, chosen: Samples
+) -> dict[str, Any]:  # fmt: skip
+    """The content of ``results.json``.
+
+    Args:
+        design: What was simulated.
+        samples: Of the grid and random cells.
+        models: Trained on the learnt tasks.
+        chosen: Samples of :func:`chosen_jobs`.
+    """
+    learnt, held = labelled(samples, design.learnt), labelled(samples, design.held_out)
+    rules = Counter(each.label.rule for each in (*learnt, *held))
+    errors = label_errors(models.gpr, held)
+    mean = np.mean([each.wanted for each in learnt], axis=0)
+    motions = of_tasks(samples, design.held_out, grid=False)
+    expected = np.array([_expected(models, sample) for sample in motions])
+    ok = np.array([float(sample.ok) for sample in motions])
+    base = np.mean([float(s.ok) for s in of_tasks(samples, design.learnt)])
+    return {
+        "budget": design.slowdown,
+        "tasks": {"learnt": list(design.learnt), "held_out": list(design.held_out)},
+        "motions": {"learnt": len(of_tasks(samples, design.learnt)), "held_out": len(motions)},
+        "labels": {rule: rules[rule] for rule in RULES},
+        "label_sd": {
+            "conditions": len(held),
+            "gpr": errors.std(axis=0).tolist(),
+            "always_the_mean": np.std([e.wanted - mean for e in held], axis=0).tolist(),
+            "thesis": list(SEED_SD),
+        },
+        "success_model": {
+            "brier": float(np.mean((expected - ok) ** 2)),
+            "brier_of_the_mean": float(np.mean((base - ok) ** 2)),
+            "calibration": _calibration(expected, ok),
+        },
+        "planners": {name: _figures(design, chosen, name) for name in (*models.by_name, DEFAULT)},
+    }
+
+
+def _expected(models: Models, sample: Sample) -> float:
+    return float(models.success.success(sample.situation)[CELLS.index(sample.cell)])
+
+
+def _calibration(expected: FloatArray, ok: FloatArray) -> list[dict[str, float]]:
+    """Mean expected and true share of success where so much was expected."""
+    place = np.clip(np.digitize(expected, _EDGES) - 1, 0, len(_EDGES) - 2)
+    rows = []
+    for k in np.unique(place):
+        there = place == k
+        rows.append(
+            {
+                "from": _EDGES[k],
+                "to": _EDGES[k + 1],
+                "motions": int(there.sum()),
+                "expected": float(expected[there].mean()),
+                "true": float(ok[there].mean()),
+            }
+        )
+    return rows
+
+
+def _figures(design: Design, chosen: Samples, name: str) -> dict[str, Any]:
+    """What became of the motions of one model."""
+    sums, best = _successes(design, chosen, name), _successes(design, chosen, FIXED)
+    every = [s for unit, found in chosen.items() if unit.planner == name for s in found]
+    good = [sample.control for sample in every if sample.ok]
+    return {
+        "ok": mean_of(sums),
+        "ci95": interval(sums),
+        "ok_less_fixed": (mean_of(sums) or 0.0) - (mean_of(best) or 0.0),
+        "ok_less_fixed_ci95": interval(sums, best),
+        "control": float(np.mean(good)) if good else None,
+        "motions": len(every),
+        "num_timesteps": float(np.mean([sample.num_timesteps for sample in every])),
+        "num_rollouts": float(np.mean([sample.num_rollouts for sample in every])),
+    }
+
+
+def _successes(design: Design, chosen: Samples, name: str) -> FloatArray:
+    """Numbers of successes and of motions of one model in each held-out task (tasks, 2)."""
+    rows = []
+    for task in design.held_out:
+        units = [unit for unit in chosen if unit.planner == name and unit.task == task]
+        found = [sample.ok for unit in units for sample in chosen[unit]]
+        rows.append((float(sum(found)), float(len(found))))
+    return np.array(rows)
+
+
+def report(results: dict[str, Any]) -> str:
+    """The results as Markdown."""
+    sd, model = results["label_sd"], results["success_model"]
+    tasks = results["tasks"]
+    lines = [
+        f"# Parameter adaptation, F = {results['budget']:g}",
+        "",
+        f"Learnt from {results['motions']['learnt']} motions of {len(tasks['learnt'])} tuning tasks; all "
+        f"below is of {len(tasks['held_out'])} other tuning tasks.",
+        "",
+        "| chosen by | ok | 95 % | less the best fixed cell, points | control cost of successes "
+        "| mean TS | mean NT | motions |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- |",
+    ]
+    for name, row in results["planners"].items():
+        low, high = row["ci95"]
+        worse, better = row["ok_less_fixed_ci95"]
+        control = "–" if row["control"] is None else f"{row['control']:.0f}"
+        lines.append(
+            f"| `{name}` | {100 * row['ok']:.1f} % | {100 * low:.1f}–{100 * high:.1f} "
+            f"| {100 * row['ok_less_fixed']:+.1f} ({100 * worse:+.1f} to {100 * better:+.1f}) | {control} "
+            f"| {row['num_timesteps']:.1f} | {row['num_rollouts']:.1f} | {row['motions']} |"
+        )
+    better_than = [
+        name for name in ADAPTING if results["planners"][name]["ok_less_fixed_ci95"][0] > 0
+    ]
+    lines += [
+        "",
+        f"Better than the best fixed cell: {' and '.join(better_than)}."
+        if better_than
+        else "No adaptation is better than the best fixed cell by more than chance.",
+        "",
+        "| errors of labels (SD) | TS | NT |",
+        "| --- | --- | --- |",
+        f"| Gaussian processes, {sd['conditions']} conditions | {sd['gpr'][0]:.2f} | {sd['gpr'][1]:.2f} |",
+        f"| always the mean label | {sd['always_the_mean'][0]:.2f} | {sd['always_the_mean'][1]:.2f} |",
+        f"| the thesis, 50 conditions | {sd['thesis'][0]} | {sd['thesis'][1]} |",
+        "",
+        "| label given by | conditions |",
+        "| --- | --- |",
+        *(f"| {rule} | {count} |" for rule, count in results["labels"].items()),
+        "",
+        "| success expected | motions | mean | true |",
+        "| --- | --- | --- | --- |",
+    ]
+    lines += [
+        f"| {row['from']:.2f}–{row['to']:.2f} | {row['motions']} | {row['expected']:.3f} "
+        f"| {row['true']:.3f} |"
+        for row in model["calibration"]
+    ]
+    lines += [
+        "",
+        f"Brier score {model['brier']:.4f}; of the mean share of success {model['brier_of_the_mean']:.4f}.",
+        "",
+    ]
+    return "\n".join(lines)

@@ -1,0 +1,63 @@
+"""Planners whose time steps and roll-outs are chosen when the motion starts."""
+
+from __future__ import annotations
+
+from hri_planner.adaptation.best_fixed import BestFixed
+from hri_planner.adaptation.grid import with_cell
+from hri_planner.adaptation.model_file import shipped_model
+from hri_planner.ptomp import PtompConfig
+from hri_prediction.prediction import TaskLibrary
+from hri_sim.benchmark.conditions import Condition
+from hri_sim.benchmark.first_look import start_situation
+from hri_sim.benchmark.variation import AS_DRAWN, Variation
+
+ADAPTED = (
+    (
+        "ptomp_gpr",
+        "the same, time steps and roll-outs chosen at the start by Gaussian processes (thesis)",
+        "gpr_f64",
+    ),
+    (
+        "ptomp_gpr_lower",
+        "the same, both lowered by one standard deviation of the processes' errors (thesis)",
+        "gpr_lower_f64",
+    ),
+    (
+        "ptomp_adapted",
+        "the same, both chosen at the start by a lower bound of the chance of success",
+        "success_f64",
+    ),
+    ("ptomp_fixed", "the same, both those that are best for all tuning tasks", "fixed_f64"),
+)
+"""Name, text, and the model that ships with the planner; all are trained at F = 64."""
+
+ADAPTATION_S = 7e-3
+"""Charged once, besides the start: the situation is looked at, a model asked, a planner of the size that
+it chooses made and started [s, on the reference machine]."""
+
+
+def adapted_config(
+    config: PtompConfig,
+    model: str,
+    condition: Condition,
+    observer: str,
+    library: TaskLibrary,
+    seed: int,
+    variation: Variation = AS_DRAWN,
+) -> tuple[PtompConfig, float]:
+    """A planner's parameters with what a shipped model chooses at the start of a motion.
+
+    Returns:
+        The parameters, and what choosing is charged [s]; nothing where there is nothing to choose.
+
+    Raises:
+        ConfigError: when there is no such model.
+        PlanningError: when the planner refuses the goal.
+    """
+    selection = shipped_model(model)
+    if isinstance(selection, BestFixed):
+        chosen, charge_s = selection.cell, 0.0
+    else:
+        seen = start_situation(condition, observer, config, library, seed, variation)
+        chosen, charge_s = selection.choose(seen), ADAPTATION_S
+    return with_cell(config, chosen), charge_s
