@@ -66,7 +66,7 @@ def evaluate(
     motions = of_tasks(samples, design.held_out, grid=False)
     expected = np.array([_expected(models, sample) for sample in motions])
     ok = np.array([float(sample.ok) for sample in motions])
-    base = np.mean([float(s.ok) for s in of_tasks(samples, design.learnt)])
+    base = np.mean([float(s.ok) for s in of_tasks(samples, design.learnt, grid=False)])
     return {
         "budget": design.slowdown,
         "tasks": {"learnt": list(design.learnt), "held_out": list(design.held_out)},

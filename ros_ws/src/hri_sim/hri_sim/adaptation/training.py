@@ -115,13 +115,29 @@ def train(design: Design, samples: Samples) -> Models:
     )
     errors = label_errors(gpr, labelled(samples, design.held_out))
     gpr_lower = replace(gpr, less=errors.std(axis=0))
-    motions = of_tasks(samples, design.learnt)
-    ok = np.array([float(sample.ok) for sample in motions])
-    control = np.array([sample.control for sample in motions])
-    cells = np.array([(sample.num_timesteps, sample.num_rollouts) for sample in motions])
-    success = fit_success(np.array([sample.features for sample in motions]), cells, ok, control)
-    places = np.array([CELLS.index(sample.cell) for sample in motions])
-    return Models(gpr, gpr_lower, success, best_fixed(places, ok, control))
+    every = of_tasks(samples, design.learnt)
+    fixed = best_fixed(
+        np.array([CELLS.index(sample.cell) for sample in every]), _ok(every), _control(every)
+    )
+    return Models(gpr, gpr_lower, _success(of_tasks(samples, design.learnt, grid=False)), fixed)
+
+
+def _success(motions: list[Sample]) -> SuccessSelection:
+    """From random cells alone: those of a whole grid share condition and noise, and so their luck."""
+    return fit_success(
+        np.array([sample.features for sample in motions]),
+        np.array([(sample.num_timesteps, sample.num_rollouts) for sample in motions]),
+        _ok(motions),
+        _control(motions),
+    )
+
+
+def _ok(motions: list[Sample]) -> FloatArray:
+    return np.array([float(sample.ok) for sample in motions])
+
+
+def _control(motions: list[Sample]) -> FloatArray:
+    return np.array([sample.control for sample in motions])
 
 
 def label_errors(gpr: GprSelection, labels: list[Labelled]) -> FloatArray:
