@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hri_planner.adaptation import bayesian
+from hri_planner.adaptation import bayesian, gpr_selection
 from hri_planner.adaptation.best_fixed import BestFixed, best_fixed
 from hri_planner.adaptation.features import FAR_M, FEATURES, Scaling, vector
 from hri_planner.adaptation.gpr_selection import GprSelection, fit_gpr
@@ -234,3 +234,9 @@ def test_training_needs_numbers():
         fit_gpr(np.full((3, 5), np.nan), np.zeros((3, 2)))
     with pytest.raises(DataError):
         bayesian.fit_logistic(np.zeros((0, 3)), np.zeros(0))
+
+
+def test_what_training_lacks_is_said(monkeypatch):
+    monkeypatch.setattr(gpr_selection.importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(ConfigError, match=r"scikit-learn.*requirements/training\.txt"):
+        fit_gpr(np.zeros((3, 5)), np.zeros((3, 2)))
