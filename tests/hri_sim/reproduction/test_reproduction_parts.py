@@ -27,6 +27,7 @@ from hri_sim.reproduction import (
     times,
     variants,
 )
+from hri_sim.reproduction.adaptation import FIXED
 from hri_sim.reproduction.bars import BARS, ITOMP, OURS, Bar, bar_lines, judge
 from hri_sim.reproduction.closer import Item, KeptLooks, Look, collision_cost, look
 from hri_sim.reproduction.section import Measured, Scope
@@ -80,7 +81,7 @@ def test_sections_measure_test_tasks_and_share_what_they_have_in_common():
         many = section == "headline"
         assert (plan.split, len(plan.tasks) * plan.conditions) == ("test", 450 if many else 150)
         assert plan.seeds == ((0, 1) if many else (0,))
-        assert plan.planners[0].name == OURS
+        assert plan.planners[0].name == (FIXED if section == "adaptation" else OURS)
     usual = [
         plan
         for (section, _), plan in found.items()
