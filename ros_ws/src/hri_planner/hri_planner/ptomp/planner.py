@@ -15,7 +15,7 @@ from hri_planner.ptomp.layout import MAX_COLUMNS, TERMS
 from hri_planner.ptomp.motion import Grid, Motion, from_plan
 from hri_planner.ptomp.plan import JointPlan, connect
 from hri_planner.ptomp.result import ReplanResult
-from hri_planner.ptomp.search import MotionSearch, Task, candidate
+from hri_planner.ptomp.search import TROUBLE, MotionSearch, Task, candidate
 from hri_planner.ptomp.timing import fastest_duration
 from hri_planner.robot.ik import ik_candidates
 from hri_planner.robot.model import RobotModel
@@ -26,7 +26,6 @@ FloatArray = NDArray[np.float64]
 STAGES = ("idle", "reaching", "waiting", "holding")
 
 _AT_GOAL_M = 1e-4  # plans that arrive end nearer to the goal than this
-_TROUBLE = 0.02  # collision and contact cost from which alternatives are worth looking at
 _OVERDUE_GRACE_S = 0.3
 _LATE_S = 0.05  # from which delay on a plan counts as late
 
@@ -235,7 +234,7 @@ class PtompPlanner:
         self._costs.bind(grid.columns_s, self._goal, forecasts, *margin)
         motion = from_plan(present, grid, self._arrives)
         totals, terms, _ = self._costs.evaluate(motion.columns(grid)[None])
-        trouble = not self._arrives or float(terms[0, 0] + terms[0, 1]) > _TROUBLE
+        trouble = not self._arrives or float(terms[0, 0] + terms[0, 1]) > TROUBLE
         if trouble:
             grid = self._grid(handover_s, remaining, max(LOOK_S, remaining + tail))
             self._costs.bind(grid.columns_s, self._goal, forecasts, *margin)

@@ -24,6 +24,9 @@ from hri_planner.robot.model import RobotModel
 
 FloatArray = NDArray[np.float64]
 
+TROUBLE = 0.02
+"""Cost of collision and contact from which alternatives are worth looking at."""
+
 _KEEP = 0.95  # an alternative must cost less than this share of the present plan
 _GOAL_TOLERANCE = 1e-7  # m
 _ROUND_SHARE = 4  # first round: each start gets 1/4 of the iterations
@@ -123,8 +126,18 @@ class MotionSearch:
             budget: Largest number of iterations.
             deadline: Polled before each; true ends the search.
         """
+        done = 0
+        if task.trouble and kept.motion.arrival is not None:
+            # Mostly the plan itself can be mended, and then nothing slower is called for.
+            kept, done = self._improve(kept, grid, budget // _ROUND_SHARE, deadline)
+            task = replace(task, trouble=self._meets_people(kept.motion, grid))
         starts = self._starts(kept, grid, task, deadline)
-        return self._search(starts, grid, task, budget, deadline)
+        best, used = self._search(starts, grid, task, budget - done, deadline)
+        return best, done + used
+
+    def _meets_people(self, motion: Motion, grid: Grid) -> bool:
+        terms = self._costs.evaluate(motion.columns(grid)[None])[1]
+        return float(terms[0, 0] + terms[0, 1]) > TROUBLE
 
     def _starts(
         self, kept: Candidate, grid: Grid, task: Task, deadline: Callable[[], bool] | None

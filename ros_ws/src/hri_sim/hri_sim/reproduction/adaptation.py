@@ -31,8 +31,9 @@ def lines(measured: Mapping[str, Measured]) -> list[str]:
     (one,) = measured.values()
     planners = one.results["planners"]
     return [
-        f"The first {FEW} conditions of each task, the first seed, F = {SLOWDOWN:g}. The best fixed cell stands "
-        "first: adaptation has to beat it. The figures of its training are in [adaptation.md](adaptation.md).\n",
+        f"The first {FEW} conditions of each task, the first seed, F = {SLOWDOWN:g}. The best fixed cell "
+        "stands first: adaptation has to beat it. [adaptation.md](adaptation.md) has the figures of the "
+        "training.\n",
         share_table(planners),
         mean_table(planners),
         difference_table(one.results["differences"]),
