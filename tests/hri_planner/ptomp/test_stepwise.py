@@ -1,5 +1,7 @@
 """STOMP's update: weights at each time step and smoothing, against plain NumPy."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -49,7 +51,7 @@ def test_column_costs_add_up_to_the_kernels_terms(seed):
     trajectory_costs(padded, COLUMNS, *model.problem, terms)
     column_costs(padded, COLUMNS, body, par, work, out)
     named = dict(zip(TERMS, terms, strict=True))
-    alone = ("collision", "contact", "joint_limits", "speed", "acceleration", "table", "goal")
+    alone = ("collision", "contact", "joint_limits", "speed", "acceleration", "table")
     assert all(named[name] > 0.0 for name in alone)
     assert out.sum() == pytest.approx(sum(named[name] for name in alone), rel=1e-9)
     assert not out[:FIRST_FREE].any()
@@ -136,3 +138,24 @@ def test_every_update_finds_a_way_and_never_returns_worse(changes):
         costs.append(result.cost)
     assert costs == sorted(costs, reverse=True)
     assert costs[-1] < 0.6 * cost
+
+
+def test_nothing_but_the_budget_ends_a_search_without_patience():
+    config, model, path = _problem(**STOMP, patience=0)
+    cost = float(model.evaluate(path[None])[0][0])
+    found = {}
+    for patience in (0, 5):
+        optimizer = Optimizer(replace(config, patience=patience), np.random.default_rng(1))
+        found[patience] = optimizer.run(
+            model,
+            path,
+            cost,
+            free_until=LAST,
+            free_end=False,
+            sd=0.35,
+            iterations=150,
+            deadline=None,
+        )
+    assert found[0].iterations == 150
+    assert found[5].iterations < 150
+    assert found[0].cost < found[5].cost

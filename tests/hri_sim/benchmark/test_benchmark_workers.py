@@ -4,34 +4,38 @@ import importlib.util
 
 import pytest
 
-from hri_prediction.compiled import source_hash
 from hri_prediction.errors import ConfigError
 from hri_sim.benchmark import workers
 from hri_sim.benchmark.workers import do_all
 
 
 class Cluster:
-    """Answers like a client whose workers say the given hashes."""
+    """Answers like a client whose workers differ from this process in what is given."""
 
     def __init__(self, **found):
         self.found = found
 
     def run(self, function):
-        assert function is source_hash
-        return self.found
+        ours = function()
+        return {name: {**ours, **changes} for name, changes in self.found.items()}
 
 
-def test_workers_of_the_same_sources_are_taken():
-    workers._check_sources(Cluster(a=source_hash(), b=source_hash()), "tcp://here")
+def test_workers_that_compute_alike_are_taken():
+    workers._check_workers(Cluster(a={}, b={}), "tcp://here")
 
 
 @pytest.mark.parametrize(
     ("found", "message"),
-    [({}, "no workers"), ({"a": source_hash(), "b": "0123"}, "1 of 2 workers run other sources")],
+    [
+        ({}, "no workers"),
+        ({"a": {}, "b": {"sources": "0123"}}, "worker b has sources 0123"),
+        ({"a": {"numba": "0.1"}}, "worker a has numba 0.1"),
+        ({"a": {"processor": "z80"}}, "worker a has processor z80"),
+    ],
 )
 def test_other_workers_are_refused(found, message):
     with pytest.raises(ConfigError, match=message):
-        workers._check_sources(Cluster(**found), "tcp://here")
+        workers._check_workers(Cluster(**found), "tcp://here")
 
 
 def test_without_dask_it_is_said_how_to_get_it(monkeypatch):

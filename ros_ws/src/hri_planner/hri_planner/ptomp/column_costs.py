@@ -1,8 +1,9 @@
 """Costs of a trajectory column by column, for weights at each time step (STOMP), compiled.
 
-The terms that belong to one time step: collision, contact, joint limits, speed, acceleration, table and
-goal. Effort, jerk and control span several and are left to the smoothness of noise and update. The formulas
-are those of :mod:`hri_planner.ptomp.kernel`, which sums them: a test holds one against the other.
+The terms that belong to one time step: collision, contact, joint limits, speed, acceleration and table.
+Effort, jerk and control span several and are left to the smoothness of noise and update; the distance from
+the goal is a cost of waiting, and where nothing else costs, weights by it would pull every step there. The
+formulas are those of :mod:`hri_planner.ptomp.kernel`, which sums them: a test holds one against the other.
 """
 
 from __future__ import annotations
@@ -28,8 +29,6 @@ from hri_planner.ptomp.layout import (
     P_ACCELERATION_LIMIT,
     P_COLLISION,
     P_CONTACT,
-    P_GOAL,
-    P_GOAL_X,
     P_LIMIT_SCALE,
     P_LIMITS,
     P_SPEED,
@@ -68,18 +67,14 @@ def _joints(q: Any, i: int, body: Any, par: Any) -> Any:
 
 @njit
 def _places(i: int, body: Any, par: Any, work: Any) -> Any:
-    """Collision, contact, table and goal at column i."""
+    """Collision, contact and table at column i."""
     low = par[P_TABLE_HEIGHT] + body[RADII + 1]
     low_tool = par[P_TABLE_HEIGHT] + body[RADII + 2]
     x = TABLE_HINGE * max(low - work[(ELBOW + 2) * ROW + i], 0.0)
     y = TABLE_HINGE * max(low - work[(WRIST + 2) * ROW + i], 0.0)
     z = TABLE_HINGE * max(low_tool - work[(TOOL + 2) * ROW + i], 0.0)
-    missing = 0.0
-    for axis in range(3):
-        gap = work[(TOOL + axis) * ROW + i] - par[P_GOAL_X + axis]
-        missing += gap * gap
     cost = par[P_COLLISION] * work[COLLISION * ROW + i] + par[P_CONTACT] * work[CONTACT * ROW + i]
-    return cost + par[P_TABLE] * (x * x + y * y + z * z) + par[P_GOAL] * np.sqrt(missing)
+    return cost + par[P_TABLE] * (x * x + y * y + z * z)
 
 
 @njit

@@ -70,6 +70,9 @@ class PtompConfig:
     noise_decay: float = parameter(
         0.85, "Factor on the noise after a step without one", low=0.1, high=1.0
     )
+    patience: int = parameter(
+        12, "Iterations without improvement after which a start is given up (0: none)", low=0
+    )
     num_elites: int = parameter(4, "Best roll-outs kept for the next iteration", low=0, high=32)
     collision_weight: float = parameter(20.0, "Weight of the collision cost", low=0.0)
     margin: float = parameter(

@@ -29,7 +29,6 @@ Array = NDArray[Any]
 _POOL = 1 << 17
 _SD_RANGE = (0.01, 0.8)
 _PROGRESS = 1e-4  # share of the cost that counts as success
-_PATIENCE = 12  # iterations without success after which more are a waste
 
 
 @dataclass
@@ -109,7 +108,8 @@ class Optimizer:
             best = incumbent.copy()
         places = self._rng.integers(_POOL, size=iterations)
         done, failures = 0, 0
-        while done < iterations and failures < _PATIENCE:
+        patience = config.patience or iterations
+        while done < iterations and failures < patience:
             if deadline is not None and deadline():
                 break
             from_cost = np.inf if config.accept_worse else best_cost

@@ -15,6 +15,7 @@ import numpy as np
 
 from hri_planner.ptomp import HumanForecast, PtompPlanner, ReplanResult, TableBox
 from hri_planner.ptomp.budget import VirtualTimeBudget
+from hri_planner.ptomp.config import LOOK_S
 from hri_planner.robot import load_robot
 from hri_prediction.errors import PlanningError
 from hri_prediction.prediction import TaskLibrary
@@ -126,7 +127,12 @@ def watch_episode(
             break
         handover_s = cycle * interval_s
         watch.advance(handover_s - interval_s)
-        left_s = duration if planner.plan is None else max(planner.plan.end_s - handover_s, 0.0)
+        if planner.plan is None:
+            left_s = duration
+        elif planner.stage == "waiting":
+            left_s = LOOK_S  # all of the horizon is optimised
+        else:
+            left_s = max(planner.plan.end_s - handover_s, 0.0)
         charge_s = fixed_s + (start_charge_s if planner.plan is None else 0.0)
         given_s = interval_s if config.interleaved else duration
         granted = budget.grant(given_s, config.num_rollouts, round(left_s / interval_s), charge_s)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import functools
 import hashlib
-import importlib.metadata
 import json
 import time
 from collections.abc import Callable
@@ -22,6 +21,7 @@ from hri_sim.benchmark.outcome import Outcome
 from hri_sim.benchmark.planners import ORACLE, ORACLE_SETUP, PlannerSetup
 from hri_sim.benchmark.rows import Done, RowFile, Unit, do_waiting
 from hri_sim.benchmark.variation import AS_DRAWN, Variation
+from hri_sim.benchmark.workers import versions
 
 ORACLE_SLOWDOWN = 0.1
 """The oracle's F: ten times the iterations of the reference machine, more than it ever uses."""
@@ -84,7 +84,7 @@ def marks(plan: Plan) -> dict[str, str]:
             json.dumps([dataclasses.asdict(setup), dataclasses.asdict(setup.config)]),
             b"" if setup.adaptation is None else shipped_path(setup.adaptation).read_bytes(),
             sources,
-            [importlib.metadata.version(package) for package in ("numpy", "scipy", "numba")],
+            sorted(versions().items()),
         )
         found[name] = hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
     return found

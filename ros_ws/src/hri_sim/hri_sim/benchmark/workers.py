@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import importlib.metadata
 import importlib.util
 import subprocess
 import sys
@@ -12,6 +13,7 @@ from collections.abc import Callable, Generator, Sequence
 from typing import Any, TypeVar
 
 import joblib
+from llvmlite.binding import get_host_cpu_name
 
 from hri_prediction.compiled import source_hash
 from hri_prediction.errors import ConfigError
@@ -88,7 +90,7 @@ def _cluster(
             expected="an address as in tcp://127.0.0.1:8786",
         ) from error
     with client:
-        _check_sources(client, scheduler)
+        _check_workers(client, scheduler)
         client.run(compile_kernels)
         futures = client.map(work, items, pure=False)
         for batch in as_completed(futures, with_results=True).batches():
@@ -96,14 +98,29 @@ def _cluster(
                 yield result
 
 
-def _check_sources(client: Any, scheduler: str) -> None:
-    """Refuse workers that would measure other code."""
-    theirs = client.run(source_hash)
+def versions() -> dict[str, str]:
+    """Versions of what outcomes are computed with, by package."""
+    return {
+        name: importlib.metadata.version(name) for name in ("numpy", "scipy", "numba", "mujoco")
+    }
+
+
+def _computed_with() -> dict[str, str]:
+    """All that decides about the last bit of an outcome; called on workers."""
+    return {"sources": source_hash(), "processor": get_host_cpu_name(), **versions()}
+
+
+def _check_workers(client: Any, scheduler: str) -> None:
+    """Refuse workers that would measure other code, or whose results round otherwise."""
+    theirs = client.run(_computed_with)
     if not theirs:
         raise ConfigError(f"the scheduler at {scheduler} has no workers")
-    other = sorted(name for name, found in theirs.items() if found != source_hash())
-    if other:
-        raise ConfigError(
-            f"{len(other)} of {len(theirs)} workers run other sources, as {other[0]}",
-            expected="the same checkout on all machines",
-        )
+    ours = _computed_with()
+    for name, found in sorted(theirs.items()):
+        for what, value in ours.items():
+            if found[what] != value:
+                raise ConfigError(
+                    f"worker {name} has {what} {found[what]}",
+                    expected=f"{value}, as here",
+                    hint="the same checkout, environment and kind of processor on all machines",
+                )

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import functools
 import hashlib
-import importlib.metadata
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
@@ -25,7 +24,7 @@ from hri_sim.benchmark.learning import task_library
 from hri_sim.benchmark.outcome import REST_SPEED, Execution, Outcome
 from hri_sim.benchmark.planners import PlannerSetup
 from hri_sim.benchmark.rows import append_line
-from hri_sim.benchmark.workers import do_all
+from hri_sim.benchmark.workers import do_all, versions
 
 LIMBS = ("upper arm", "forearm", "hand")
 PARTS = tuple(name.replace("_", " ") for name in CAPSULE_NAMES)
@@ -74,8 +73,7 @@ class Item:
 @functools.cache
 def _code() -> list[str]:
     """The code at work: a hash of ours, versions of what it computes with."""
-    versions = [importlib.metadata.version(package) for package in ("numpy", "scipy", "numba")]
-    return [source_hash(), *versions]
+    return [source_hash(), *(f"{name} {version}" for name, version in sorted(versions().items()))]
 
 
 @dataclass(frozen=True)
