@@ -7,15 +7,19 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from hri_planner.adaptation.algorithm1 import RULES
-from hri_planner.adaptation.grid import CELLS, SHAPE
+from hri_planner.adaptation.algorithm1 import FILTERS, RULES, Label
+from hri_planner.adaptation.gpr_selection import fit_gpr
+from hri_planner.adaptation.grid import CELLS, SHAPE, Cell
 from hri_planner.adaptation.model_file import load_model
+from hri_planner.adaptation.origin import planner_hash
 from hri_planner.ptomp.situation import Situation
-from hri_prediction.errors import ConfigError
+from hri_prediction.errors import ConfigError, DataError
 from hri_sim.adaptation import command, samples, training
 from hri_sim.adaptation.design import SPLIT, Design, Trial
 from hri_sim.adaptation.samples import Sample, gather, setup_of
+from hri_sim.adaptation.training import Labelled, leave_one_task_out
 from hri_sim.benchmark import rows
+from hri_sim.benchmark.adapted import TRAINED_AT
 from hri_sim.benchmark.outcome import Outcome
 
 DESIGN = Design(64.0, (0, 1), grid_conditions=2, conditions=3, cells=2)
@@ -30,7 +34,8 @@ def test_the_design_keeps_to_tuning_tasks_and_holds_a_fifth_out():
         {job.unit: 0 for job in DESIGN.random_jobs()}
     )
     grid = DESIGN.grid_jobs()
-    assert len(grid) == 60
+    assert len(grid) == 2 * len(DESIGN.learnt) == 48
+    assert not {job.unit.task for job in grid} & set(DESIGN.held_out)
     assert all([trial.cell for trial in job.trials] == list(CELLS) for job in grid)
     more = replace(DESIGN, seeds=(0, 1, 2))
     assert set(DESIGN.random_jobs()) < set(more.random_jobs())
@@ -50,7 +55,7 @@ def test_a_coarse_grid_stands_for_all():
 def made(condition, cell, *, ok=True, clearance=0.1, control=100.0):
     return Sample(
         condition, cell.num_timesteps, cell.num_rollouts, 0.02, 0.01, 0.2, 0.7, 10.0 + condition,
-        ok, clearance, 0.0 if ok else 0.3, control,
+        ok, clearance, 0.0 if ok else 0.3, control, 100,
     )  # fmt: skip
 
 
@@ -121,19 +126,59 @@ def test_the_command_from_end_to_end(tmp_path, simulated):
     assert sum(results["labels"].values()) == 4
     assert set(results["labels"]) == set(RULES)
     assert set(results["planners"]) == {"gpr", "gpr_lower", "success", "fixed", "default"}
-    assert results["tasks"] == {"learnt": [4], "held_out": [0]}
+    assert results["tasks"] == {"learnt": [4, 5], "held_out": [0]}
+    assert results["label_sd"]["conditions"] == 4
+    assert {row["iterations"] for row in results["planners"].values()} == {100.0}
     text = (out / "results.md").read_text()
     assert "than the best fixed cell" in text
     assert results["planners"]["fixed"]["ok_less_fixed_ci95"] == [0.0, 0.0]
     assert "4.17" in text
+    assert "100 iterations a motion at this F" in text
     for name in ("gpr", "gpr_lower", "success", "fixed"):
-        assert load_model(out / f"{name}_f64.npz").choose(Situation(0.02, 0.01, 0.2, 0.7, 10.0))
-    assert json.loads((out / "adaptation_f64.json").read_text())["budget"] == 64
+        assert load_model(out / f"{name}_f{TRAINED_AT}.npz").choose(
+            Situation(0.02, 0.01, 0.2, 0.7, 10.0)
+        )
+    trained = json.loads((out / f"adaptation_f{TRAINED_AT}.json").read_text())
+    assert (trained["budget"], trained["planner"]) == (TRAINED_AT, planner_hash())
+    lower = load_model(out / f"gpr_lower_f{TRAINED_AT}.npz").less
+    assert lower.tolist() == results["label_sd"]["gpr"]
     count = len(simulated)
     again = CliRunner().invoke(command.app, ["--out", str(out), "--smoke", "--workers", "1"])
     assert again.exit_code == 0
     assert len(simulated) == count
     assert json.loads((out / "results.json").read_text()) == results
+
+
+def labels_of(tasks, cells):
+    rng = np.random.default_rng(0)
+    return [
+        Labelled(task, rng.normal(size=5), Label(Cell(*cell), FILTERS))
+        for task, cell in zip(tasks, cells, strict=True)
+    ]
+
+
+def test_labels_are_checked_in_tasks_that_were_left_out():
+    labels = labels_of((1, 1, 2, 2, 3), ((10, 5), (20, 15), (30, 5), (40, 25), (60, 60)))
+    errors = leave_one_task_out(labels)
+    assert errors.gpr.shape == errors.mean.shape == (5, 2)
+    assert errors.mean[0] == pytest.approx([130 / 3 - 10, 30 - 5])
+    assert errors.mean[4] == pytest.approx([25 - 60, 12.5 - 60])
+    others = [each for each in labels if each.task != 2]
+    process = fit_gpr(
+        np.array([each.features for each in others]), np.array([each.wanted for each in others])
+    )
+    assert errors.gpr[2] == pytest.approx(process.predict(labels[2].features) - [30, 5])
+    assert errors.mean_sd == pytest.approx(errors.mean.std(axis=0))
+    with pytest.raises(DataError, match="two at least"):
+        leave_one_task_out(labels[:4:2])
+
+
+def test_models_of_another_planner_are_named(tmp_path, simulated, monkeypatch):
+    monkeypatch.setattr(command, "trained_for_another", lambda: ["gpr_f8"])
+    arguments = ["--out", str(tmp_path / "out"), "--smoke", "--workers", "1"]
+    done = CliRunner().invoke(command.app, arguments)
+    assert "models that ship: Warning" in done.output
+    assert "gpr_f8" in done.output
 
 
 def test_wrong_options_are_one_line(tmp_path):

@@ -15,6 +15,7 @@ from hri_sim.benchmark import command, rows
 from hri_sim.benchmark.conditions import task_conditions
 from hri_sim.benchmark.outcome import Outcome
 from hri_sim.benchmark.planners import NOMINAL, ORACLE, PLANNERS
+from hri_sim.benchmark.report import mean_table, report
 from hri_sim.benchmark.rows import Done, RowFile, Unit
 from hri_sim.benchmark.run import Plan, marks, run_benchmark
 from hri_sim.benchmark.summary import SHARES, compare, interval, mean_of, summarise, task_means
@@ -50,6 +51,11 @@ def test_figures_of_known_outcomes():
     assert figures["time_to_collision_s"] == pytest.approx((4 * 0.4 + 2 * 0.0) / 6)
     assert figures["ambiguous"]["clearance_m"] == pytest.approx(0.06)
     assert results["oracle_feasible"] == 0.5
+    assert figures["iterations"] == GOOD.iterations == LOST.iterations
+    assert f"{GOOD.iterations} (" in mean_table(results["planners"])
+    assert results["trained_for_another_planner"] == []
+    assert "Warning" not in report(results)
+    assert "Warning: trained" in report({**results, "trained_for_another_planner": ["gpr_f8"]})
     moving = [
         (task, c.number)
         for task in SMALL.tasks

@@ -77,18 +77,37 @@ def load_model(path: str | Path) -> AnySelection:
         raise DataError(f"{path}: {error}") from error
 
 
+def _folder() -> Path:
+    return Path(str(resources.files("hri_planner.models")))
+
+
+def shipped_names() -> list[str]:
+    """The models that ship with the package."""
+    return sorted(found.stem for found in _folder().glob("*.npz"))
+
+
 def shipped_path(name: str) -> Path:
     """The file of a model that ships with the package.
 
     Raises:
         ConfigError: naming those that there are.
     """
-    folder = Path(str(resources.files("hri_planner.models")))
-    path = folder / f"{name}.npz"
+    path = _folder() / f"{name}.npz"
     if not path.is_file():
-        known = sorted(found.stem for found in folder.glob("*.npz"))
-        raise ConfigError(f"adaptation model {name!r}", expected="one of " + ", ".join(known))
+        known = ", ".join(shipped_names())
+        raise ConfigError(f"adaptation model {name!r}", expected=f"one of {known}")
     return path
+
+
+def trained_with(name: str) -> dict[str, Any]:
+    """How a model that ships came about, as :func:`save_model` was told.
+
+    Raises:
+        ConfigError: naming those that there are.
+        DataError: when the file is unusable.
+    """
+    found = read_npz(shipped_path(name), FORMAT)[1].get("trained")
+    return found if isinstance(found, dict) else {}
 
 
 def find_model(name: str) -> Selection:

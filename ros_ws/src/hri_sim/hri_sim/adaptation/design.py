@@ -52,7 +52,7 @@ class Design:
     Attributes:
         slowdown: F.
         seeds: Of noise, for the random part.
-        grid_conditions: Conditions of each task that get the whole grid, from the first.
+        grid_conditions: Conditions of each task to learn from that get the whole grid, from the first.
         conditions: Conditions of each task that get random cells, from the first.
         cells: How many random cells, for each condition and seed.
         tasks: Numbers.
@@ -93,14 +93,14 @@ class Design:
         return 4 * (index // HELD_OUT_EVERY) % HELD_OUT_EVERY
 
     def grid_jobs(self) -> list[Job]:
-        """All cells in each of the conditions, one condition a job."""
+        """All cells in each of the conditions, one condition a job; held-out tasks need no labels."""
         return [
             Job(
                 Unit(f"{GRID}_{c}", GRID_SEED, task),
                 tuple(Trial(c, cell) for cell in self.grid_cells),
             )
             for c in range(self.grid_conditions)
-            for task in self.tasks
+            for task in self.learnt
         ]
 
     def random_jobs(self) -> list[Job]:

@@ -13,7 +13,7 @@ from hri_planner.ptomp.config import load_default_config
 from hri_prediction.arm.geometry import FloatArray
 from hri_sim.adaptation.design import RANDOM, Design, Job, Trial
 from hri_sim.adaptation.samples import Sample
-from hri_sim.adaptation.training import Models, Samples, label_errors, labelled, of_tasks
+from hri_sim.adaptation.training import LabelErrors, Models, Samples, labelled, of_tasks
 from hri_sim.benchmark.rows import Unit
 from hri_sim.benchmark.summary import interval, mean_of
 
@@ -49,20 +49,18 @@ def chosen_jobs(design: Design, samples: Samples, models: Models) -> list[Job]:
 
 
 def evaluate(
-    design: Design, samples: Samples, models: Models, chosen: Samples
-) -> dict[str, Any]:  # fmt: skip
+    design: Design, samples: Samples, models: Models, errors: LabelErrors, chosen: Samples
+) -> dict[str, Any]:
     """The content of ``results.json``.
 
     Args:
         design: What was simulated.
         samples: Of the grid and random cells.
         models: Trained on the learnt tasks.
+        errors: Of labels, each time in a task that was left out.
         chosen: Samples of :func:`chosen_jobs`.
     """
-    learnt, held = labelled(samples, design.learnt), labelled(samples, design.held_out)
-    rules = Counter(each.label.rule for each in (*learnt, *held))
-    errors = label_errors(models.gpr, held)
-    mean = np.mean([each.wanted for each in learnt], axis=0)
+    rules = Counter(each.label.rule for each in labelled(samples, design.learnt))
     motions = of_tasks(samples, design.held_out, grid=False)
     expected = np.array([_expected(models, sample) for sample in motions])
     ok = np.array([float(sample.ok) for sample in motions])
@@ -73,9 +71,9 @@ def evaluate(
         "motions": {"learnt": len(of_tasks(samples, design.learnt)), "held_out": len(motions)},
         "labels": {rule: rules[rule] for rule in RULES},
         "label_sd": {
-            "conditions": len(held),
-            "gpr": errors.std(axis=0).tolist(),
-            "always_the_mean": np.std([e.wanted - mean for e in held], axis=0).tolist(),
+            "conditions": len(errors.gpr),
+            "gpr": errors.gpr_sd.tolist(),
+            "always_the_mean": errors.mean_sd.tolist(),
             "thesis": list(SEED_SD),
         },
         "success_model": {
@@ -121,6 +119,7 @@ def _figures(design: Design, chosen: Samples, name: str) -> dict[str, Any]:
         "ok_less_fixed_ci95": interval(sums, best),
         "control": float(np.mean(good)) if good else None,
         "motions": len(every),
+        "iterations": float(np.mean([sample.iterations for sample in every])),
         "num_timesteps": float(np.mean([sample.num_timesteps for sample in every])),
         "num_rollouts": float(np.mean([sample.num_rollouts for sample in every])),
     }
@@ -139,16 +138,17 @@ def _successes(design: Design, chosen: Samples, name: str) -> FloatArray:
 def report(results: dict[str, Any]) -> str:
     """The results as Markdown."""
     sd, model = results["label_sd"], results["success_model"]
-    tasks = results["tasks"]
+    tasks, default = results["tasks"], results["planners"][DEFAULT]
     lines = [
         f"# Parameter adaptation, F = {results['budget']:g}",
         "",
-        f"Learnt from {results['motions']['learnt']} motions of {len(tasks['learnt'])} tuning tasks; all "
-        f"below is of {len(tasks['held_out'])} other tuning tasks.",
+        f"Learnt from {results['motions']['learnt']} motions of {len(tasks['learnt'])} tuning tasks; "
+        f"motions and chances of success below are of {len(tasks['held_out'])} other tuning tasks. Where "
+        f"nothing adapts, PTOMP does {default['iterations']:.0f} iterations a motion at this F.",
         "",
         "| chosen by | ok | 95 % | less the best fixed cell, points | control cost of successes "
-        "| mean TS | mean NT | motions |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- |",
+        "| mean TS | mean NT | iterations a motion | motions |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for name, row in results["planners"].items():
         low, high = row["ci95"]
@@ -157,7 +157,8 @@ def report(results: dict[str, Any]) -> str:
         lines.append(
             f"| `{name}` | {100 * row['ok']:.1f} % | {100 * low:.1f}–{100 * high:.1f} "
             f"| {100 * row['ok_less_fixed']:+.1f} ({100 * worse:+.1f} to {100 * better:+.1f}) | {control} "
-            f"| {row['num_timesteps']:.1f} | {row['num_rollouts']:.1f} | {row['motions']} |"
+            f"| {row['num_timesteps']:.1f} | {row['num_rollouts']:.1f} "
+            f"| {row['iterations']:.0f} | {row['motions']} |"
         )
     better_than = [
         name for name in ADAPTING if results["planners"][name]["ok_less_fixed_ci95"][0] > 0
@@ -168,9 +169,12 @@ def report(results: dict[str, Any]) -> str:
         if better_than
         else "No adaptation is better than the best fixed cell by more than chance.",
         "",
+        f"Labels of Algorithm 1: {sd['conditions']} conditions of the tasks learnt from. Errors are those "
+        "in each task when all is learnt from the others; `gpr_lower` subtracts the first row.",
+        "",
         "| errors of labels (SD) | TS | NT |",
         "| --- | --- | --- |",
-        f"| Gaussian processes, {sd['conditions']} conditions | {sd['gpr'][0]:.2f} | {sd['gpr'][1]:.2f} |",
+        f"| Gaussian processes | {sd['gpr'][0]:.2f} | {sd['gpr'][1]:.2f} |",
         f"| always the mean label | {sd['always_the_mean'][0]:.2f} | {sd['always_the_mean'][1]:.2f} |",
         f"| the thesis, 50 conditions | {sd['thesis'][0]} | {sd['thesis'][1]} |",
         "",

@@ -48,6 +48,7 @@ class Sample:
         clearance: Smallest true clearance [m].
         missing: Distance of the tool from the goal at the end; 0 if it arrived [m].
         control: Integral of the squared joint accelerations [rad^2/s^3].
+        iterations: Optimisation steps of the motion.
     """
 
     condition: int
@@ -62,6 +63,7 @@ class Sample:
     clearance: float
     missing: float
     control: float
+    iterations: int
 
     @property
     def cell(self) -> Cell:
@@ -125,6 +127,7 @@ def do_job(slowdown: float, job: Job) -> Done[Sample]:
                 clearance=outcome.clearance,
                 missing=0.0 if outcome.time_to_goal is not None else outcome.goal_error,
                 control=outcome.accel_cost,
+                iterations=outcome.iterations,
             )
         )
     return Done(unit, tuple(samples), time.perf_counter() - begin)

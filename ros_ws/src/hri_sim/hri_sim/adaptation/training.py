@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hri_planner.adaptation.algorithm1 import Label, label
 from hri_planner.adaptation.best_fixed import BestFixed, best_fixed
+from hri_planner.adaptation.features import FEATURES
 from hri_planner.adaptation.gpr_selection import GprSelection, fit_gpr
 from hri_planner.adaptation.grid import CELLS, ROLLOUTS, SHAPE, TIMESTEPS
 from hri_planner.adaptation.success_selection import SuccessSelection, fit_success
@@ -25,10 +26,12 @@ class Labelled:
     """A condition, and what Algorithm 1 says of it.
 
     Attributes:
+        task: Number of its task.
         features: The five inputs (5,).
         label: Parameters, and which rule gave them.
     """
 
+    task: int
     features: FloatArray
     label: Label
 
@@ -79,10 +82,14 @@ def labelled(samples: Samples, tasks: Iterable[int]) -> list[Labelled]:
     """Algorithm 1 in all conditions of some tasks that have a grid."""
     chosen = set(tasks)
     return [
-        Labelled(found[0].features, label(_over_grid(found, "collision"), _over_grid(found, "control")))
+        Labelled(
+            unit.task,
+            found[0].features,
+            label(_over_grid(found, "collision"), _over_grid(found, "control")),
+        )
         for unit, found in samples.items()
         if is_grid(unit) and unit.task in chosen
-    ]  # fmt: skip
+    ]
 
 
 def _over_grid(samples: Iterable[Sample], name: str) -> FloatArray:
@@ -100,26 +107,70 @@ def _over_grid(samples: Iterable[Sample], name: str) -> FloatArray:
     return values
 
 
-def train(design: Design, samples: Samples) -> Models:
-    """All models, from the tasks that are not held out.
+@dataclass(frozen=True)
+class LabelErrors:
+    """What is said of labels of tasks that it was not learnt from, less what Algorithm 1 says.
 
-    What `gpr_lower` subtracts is the standard deviation of the errors in held-out conditions, as in the
-    thesis; that is all that any model has from them.
+    Attributes:
+        gpr: By the processes, of TS and NT (n, 2).
+        mean: By the mean label of the other tasks (n, 2).
+    """
+
+    gpr: FloatArray
+    mean: FloatArray
+
+    @property
+    def gpr_sd(self) -> FloatArray:
+        """Standard deviation of the processes' errors (2,)."""
+        return np.asarray(self.gpr.std(axis=0))
+
+    @property
+    def mean_sd(self) -> FloatArray:
+        """That of the mean label's errors (2,)."""
+        return np.asarray(self.mean.std(axis=0))
+
+
+def leave_one_task_out(labels: Sequence[Labelled]) -> LabelErrors:
+    """Errors in each task of processes that are learnt from all the others.
+
+    Whole tasks are left out, as conditions of a task have the person and the places in common.
+
+    Raises:
+        DataError: when fewer than two conditions are left to learn from.
+    """
+    gpr, mean = [], []
+    for task in dict.fromkeys(each.task for each in labels):
+        inside = [each for each in labels if each.task == task]
+        others = [each for each in labels if each.task != task]
+        process = _fitted(others)
+        expected = np.mean([each.wanted for each in others], axis=0)
+        gpr += [process.predict(each.features) - each.wanted for each in inside]
+        mean += [expected - each.wanted for each in inside]
+    return LabelErrors(np.array(gpr), np.array(mean))
+
+
+def _fitted(labels: Sequence[Labelled]) -> GprSelection:
+    features = np.array([each.features for each in labels]).reshape(-1, len(FEATURES))
+    return fit_gpr(features, np.array([each.wanted for each in labels]))
+
+
+def train(design: Design, samples: Samples) -> tuple[Models, LabelErrors]:
+    """All models, from the tasks that are not held out, and what the processes' labels are worth.
+
+    What `gpr_lower` subtracts is the standard deviation of the processes' errors in tasks left out.
 
     Raises:
         DataError: when there are too few samples.
     """
     labels = labelled(samples, design.learnt)
-    gpr = fit_gpr(
-        np.array([each.features for each in labels]), np.array([each.wanted for each in labels])
-    )
-    errors = label_errors(gpr, labelled(samples, design.held_out))
-    gpr_lower = replace(gpr, less=errors.std(axis=0))
+    gpr, errors = _fitted(labels), leave_one_task_out(labels)
+    gpr_lower = replace(gpr, less=errors.gpr_sd)
     every = of_tasks(samples, design.learnt)
     fixed = best_fixed(
         np.array([CELLS.index(sample.cell) for sample in every]), _ok(every), _control(every)
     )
-    return Models(gpr, gpr_lower, _success(of_tasks(samples, design.learnt, grid=False)), fixed)
+    success = _success(of_tasks(samples, design.learnt, grid=False))
+    return Models(gpr, gpr_lower, success, fixed), errors
 
 
 def _success(motions: list[Sample]) -> SuccessSelection:
@@ -138,8 +189,3 @@ def _ok(motions: list[Sample]) -> FloatArray:
 
 def _control(motions: list[Sample]) -> FloatArray:
     return np.array([sample.control for sample in motions])
-
-
-def label_errors(gpr: GprSelection, labels: list[Labelled]) -> FloatArray:
-    """What the processes say less what Algorithm 1 says, of TS and NT (n, 2)."""
-    return np.array([gpr.predict(each.features) - each.wanted for each in labels])

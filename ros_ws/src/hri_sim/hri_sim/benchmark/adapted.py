@@ -11,25 +11,32 @@ from hri_sim.benchmark.conditions import Condition
 from hri_sim.benchmark.first_look import start_situation
 from hri_sim.benchmark.variation import AS_DRAWN, Variation
 
+TRAINED_AT = 64
+"""F that the models that these planners use were trained at."""
+
 ADAPTED = (
     (
         "ptomp_gpr",
         "the same, time steps and roll-outs chosen at the start by Gaussian processes (thesis)",
-        "gpr_f64",
+        f"gpr_f{TRAINED_AT}",
     ),
     (
         "ptomp_gpr_lower",
         "the same, both lowered by one standard deviation of the processes' errors (thesis)",
-        "gpr_lower_f64",
+        f"gpr_lower_f{TRAINED_AT}",
     ),
     (
         "ptomp_adapted",
         "the same, both chosen at the start by a lower bound of the chance of success",
-        "success_f64",
+        f"success_f{TRAINED_AT}",
     ),
-    ("ptomp_fixed", "the same, both those that are best for all tuning tasks", "fixed_f64"),
+    (
+        "ptomp_fixed",
+        "the same, both always those that were best in all the tuning tasks learnt from",
+        f"fixed_f{TRAINED_AT}",
+    ),
 )
-"""Name, text, and the model that ships with the planner; all are trained at F = 64."""
+"""Name, text, and the model that ships with the planner."""
 
 ADAPTATION_S = 7e-3
 """Charged once, besides the start: the situation is looked at, a model asked, a planner of the size that

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hri_planner.adaptation.first_look import FirstLook
+from hri_planner.adaptation.grid import TIMESTEPS
 from hri_planner.ptomp import HumanForecast, PtompConfig, PtompPlanner, TableBox
 from hri_planner.ptomp.situation import WRIST, PredictionError, Situation, uncertainty
 from hri_planner.robot import load_robot
@@ -17,6 +18,9 @@ from hri_sim.benchmark.watching import WATCHED_S, Watch
 
 PERIOD_S = 0.02
 """While it is watched, predictions of the person are made as often as in the graph [s]."""
+
+LONGEST_INTERVAL = 1.0 / min(TIMESTEPS)
+"""Of the replans that may be chosen, as a share of the motion's duration."""
 
 _ENTROPY = 20150611  # of tracking and planners' noise
 
@@ -41,6 +45,9 @@ def start_situation(
 ) -> Situation:
     """The five inputs at the start of a motion: seen is what a planner of that seed sees.
 
+    The look ends when the first replan begins, an interval before the motion; as what is chosen decides
+    how long that is, the longest interval: no choice is made from what its replan does not know.
+
     Args:
         condition: Scene, person, goal.
         observer: What is known of the person.
@@ -56,8 +63,10 @@ def start_situation(
     person = variation.person_in(condition)
     watch = Watch(person, OBSERVERS[observer](person, library), np.random.default_rng(tracking))
     error, known = PredictionError(), list[HumanForecast]()
-    for k in range(1 - round(WATCHED_S / PERIOD_S), 1):
-        watch.advance(k * PERIOD_S)
+    duration_s = condition.scenario.reaches[0].duration
+    begin_s = -LONGEST_INTERVAL * duration_s
+    for k in range(int((begin_s + WATCHED_S) / PERIOD_S))[::-1]:
+        watch.advance(begin_s - k * PERIOD_S)
         known = watch.known(1)
         for said in known:
             offsets = np.asarray(said.dt_s * np.arange(len(said.mean)), dtype=np.float64)
@@ -65,7 +74,6 @@ def start_situation(
     robot, scenario = load_robot(), condition.scenario
     table = TableBox(scenario.table.center, scenario.table.size)
     q, goal = np.array(scenario.robot_start), np.array(condition.robot_goal)
-    duration_s = scenario.reaches[0].duration
     planner = PtompPlanner(robot, config, np.random.default_rng(noise), table)
     plan = planner.start(q, np.zeros(7), goal, duration_s, 0.0)
     body = robot.robot_capsules(q), robot.capsule_radii

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from hri_planner.adaptation.origin import warning
 from hri_sim.benchmark.conditions import CONDITION_RULES, TASK_RULES
 from hri_sim.benchmark.execution import PAPER
 from hri_sim.benchmark.outcome import LIMIT_S, Outcome
@@ -24,6 +25,7 @@ MEAN_HEADS = {
     "accel_cost": ("∫‖q̈‖² [rad²/s³]", ".0f"),
     "clearance_m": ("clearance [m]", ".3f"),
     "time_to_collision_s": ("time to collision [s]", ".2f"),
+    "iterations": ("iterations a motion", ".0f"),
 }
 KINDS = {
     "ambiguous": "Where only watching tells the target",
@@ -34,8 +36,8 @@ MEANINGS = (
     "ok: no contact on the way, the tool within 1 cm of the goal and at rest within "
     f"{LIMIT_S:g} s. strict: ok, held for 0.6 s, speeds up to 105 % of the limits, table clear. "
     "≥ 2 cm, ≥ 5 cm: ok with that clearance. Means of time and ∫‖q̈‖² are over motions that arrive; "
-    "clearance and time to collision are the smallest of each motion. In brackets: 95 % intervals "
-    "by a bootstrap of tasks."
+    "clearance and time to collision are the smallest of each motion; iterations include those of the "
+    "hold. In brackets: 95 % intervals by a bootstrap of tasks."
 )
 
 
@@ -114,8 +116,10 @@ def rejection_table(generator: Mapping[str, Any]) -> str:
 
 
 def _circumstances(results: Mapping[str, Any]) -> list[str]:
-    """What the conditions do not say: how they were varied, how plans became motions."""
+    """What the conditions do not say: how they were varied, how plans became motions, what is amiss."""
     parts = []
+    if results["trained_for_another_planner"]:
+        parts.append(warning(results["trained_for_another_planner"]) + "\n")
     if results["variation"] != AS_DRAWN.text:
         parts.append(
             f"Otherwise than drawn and learnt: {results['variation']}. Whether conditions are still a "

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from hri_planner.adaptation.origin import trained_for_another
 from hri_prediction.arm.geometry import FloatArray
 from hri_sim.benchmark.conditions import CONDITION_RULES, TASK_RULES, task_conditions
 from hri_sim.benchmark.execution import PAPER
@@ -33,6 +34,7 @@ MEANS: dict[str, Figure] = {
     "time_to_goal_s": lambda outcome: outcome.time_to_goal,
     "clearance_m": lambda outcome: outcome.clearance,
     "time_to_collision_s": lambda outcome: outcome.time_to_collision,
+    "iterations": lambda outcome: outcome.iterations,
 }
 """Means over the conditions that have such a figure: accelerations and time of motions that arrive."""
 
@@ -161,6 +163,9 @@ def summarise(plan: Plan, done: Mapping[Unit, Done]) -> dict[str, Any]:
             for name, other in zip(names[1:], others, strict=True)
         },
         "oracle_feasible": mean_of(feasible),
+        "trained_for_another_planner": trained_for_another(
+            [setup.adaptation for setup in plan.planners if setup.adaptation is not None]
+        ),
         "generator": _generator(
             sum((found.drawn for found in drawn), Counter()),
             sum((found.rejected for found in drawn), Counter()),

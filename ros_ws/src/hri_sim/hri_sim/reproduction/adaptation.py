@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from hri_sim.benchmark.adapted import ADAPTED
+from hri_planner.adaptation.origin import warning
+from hri_sim.benchmark.adapted import ADAPTED, TRAINED_AT
 from hri_sim.benchmark.planners import find_planners
 from hri_sim.benchmark.report import difference_table, mean_table, share_table
 from hri_sim.benchmark.run import Plan
@@ -13,7 +14,7 @@ from hri_sim.reproduction.section import FEW, Measured, Scope
 
 FIXED = "ptomp_fixed"
 """What adaptation has to beat."""
-SLOWDOWN = 64.0
+SLOWDOWN = float(TRAINED_AT)
 """F at which the models that ship were trained."""
 
 
@@ -29,8 +30,9 @@ def plans(scope: Scope) -> dict[str, Plan]:
 def lines(measured: Mapping[str, Measured]) -> list[str]:
     """Shares, means, and how much less than the best fixed cell."""
     (one,) = measured.values()
-    planners = one.results["planners"]
+    planners, outdated = one.results["planners"], one.results["trained_for_another_planner"]
     return [
+        *([warning(outdated) + "\n"] if outdated else []),
         f"The first {FEW} conditions of each task, the first seed, F = {SLOWDOWN:g}. The best fixed cell "
         "stands first: adaptation has to beat it. [adaptation.md](adaptation.md) has the figures of the "
         "training.\n",
