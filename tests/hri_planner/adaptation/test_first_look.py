@@ -5,7 +5,7 @@ import pytest
 
 from hri_planner.adaptation.first_look import FirstLook
 from hri_planner.adaptation.grid import Cell
-from hri_planner.adaptation.online import OnlineAdaptation
+from hri_planner.adaptation.online import KEPT, OnlineAdaptation
 from hri_planner.ptomp import HumanForecast, PtompPlanner, load_default_config
 from hri_planner.robot import load_robot
 
@@ -86,5 +86,27 @@ def test_planners_are_made_when_another_size_is_chosen(started):
     assert len(second.plan.time_s) == 21
     assert start(second) is second
     selection.cell = Cell(CONFIG.num_timesteps, CONFIG.num_rollouts)
-    assert start(second) is not second
-    assert [seen.time_to_collision for seen in selection.seen] == [DURATION_S] * 3
+    third = start(second)
+    assert third is not second
+    selection.cell = Cell(20, 10)
+    assert start(third) is second  # kept
+    assert [seen.time_to_collision for seen in selection.seen] == [DURATION_S] * 4
+
+
+def test_no_more_planners_are_kept_than_a_few(started):
+    q, goal, _ = started
+    robot, rng = load_robot(), np.random.default_rng(0)
+    selection = Fixed(Cell(10, 5))
+    adaptation = OnlineAdaptation(selection, robot, CONFIG, rng, None)
+    present = PtompPlanner(robot, CONFIG, rng)
+    found = []
+    for rollouts in (*range(5, 5 + KEPT + 1), 5):
+        selection.cell = Cell(10, rollouts)
+        found.append(
+            adaptation.start(
+                present, (q, np.zeros(7)), goal, DURATION_S, [],
+                uncertainties=[], errors=[], distance=np.inf,
+            )
+        )  # fmt: skip
+    assert found[0] is not found[-1]
+    assert len(set(map(id, found))) == len(found)

@@ -57,6 +57,23 @@ def test_reaches_the_goal_on_any_hand_over_grid(interval):
         assert result.goal_error_m < 1e-6
 
 
+def test_a_reach_can_be_taken_over_with_other_time_steps():
+    first, other, same = _planner(), _planner(1, num_timesteps=20, num_rollouts=10), _planner(2)
+    with pytest.raises(PlanningError, match="without an active reach"):
+        other.take_over(first)
+    speed = np.linspace(-0.1, 0.1, 7)
+    plan = first.start(START, speed, GOAL, 1.5, 0.3)
+    np.testing.assert_array_equal(same.take_over(first).q, plan.q)
+    taken = other.take_over(first)
+    assert len(taken.time_s) == 21
+    times = np.linspace(0.3, plan.end_s, 50)
+    for mine, its in zip(taken.sample(times), plan.sample(times), strict=True):
+        np.testing.assert_allclose(mine, its, atol=1e-9)
+    end = other.replan(0.4, [_still(FAR_ARM)], iterations=5).plan.q[-1]
+    assert np.linalg.norm(ROBOT.frames(end)[3] - GOAL) < 1e-6
+    assert first.plan is plan
+
+
 def test_works_without_people():
     planner = _planner()
     planner.start(START, np.zeros(7), GOAL, 1.5, 0.0)

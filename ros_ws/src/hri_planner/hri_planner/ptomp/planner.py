@@ -129,14 +129,30 @@ class PtompPlanner:
             if best is None or cost < best[0]:
                 best = (cost, posture, seconds)
         assert best is not None
-        self._goal, self._posture, self._home = goal, best[1], q
-        self._start_s, self._duration_s = time0_s, best[2]
+        return self._begin(state, goal, best[1], best[2], time0_s)
+
+    def take_over(self, other: PtompPlanner) -> JointPlan:
+        """Begin the reach that another planner has just started: its final posture need not be found again.
+
+        Raises:
+            PlanningError: when it has none.
+        """
+        plan = other._require_plan()
+        state = (other._home, plan.qd[0], np.zeros(7))
+        return self._begin(state, other._goal, other._posture, other._duration_s, other._start_s)
+
+    def _begin(
+        self, state: tuple[FloatArray, FloatArray, FloatArray], goal: FloatArray, posture: FloatArray,
+        duration_s: float, time0_s: float,
+    ) -> JointPlan:  # fmt: skip
+        self._goal, self._posture, self._home = goal, posture, state[0]
+        self._start_s, self._duration_s = time0_s, duration_s
         self._arrives = True
         self._posture_changed_s = -np.inf
         self._settled = False
         self._search.forget()
         self.stage = "reaching"
-        self.plan = self._quintic_plan(state, best[1], best[2], time0_s)
+        self.plan = self._quintic_plan(state, posture, duration_s, time0_s)
         return self.plan
 
     def resync(self, q: FloatArray, qd: FloatArray, time_s: float) -> None:

@@ -38,9 +38,9 @@ ADAPTED = (
 )
 """Name, text, and the model that ships with the planner."""
 
-ADAPTATION_S = 7e-3
+ADAPTATION_S = 4e-3
 """Charged once, besides the start: the situation is looked at, a model asked, a planner of the size that
-it chooses made and started [s, on the reference machine]."""
+it chooses made, which takes over the motion that was started [s, on the reference machine]."""
 
 
 def adapted_config(
