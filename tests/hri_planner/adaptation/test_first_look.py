@@ -8,6 +8,7 @@ from hri_planner.adaptation.grid import Cell
 from hri_planner.adaptation.online import KEPT, OnlineAdaptation
 from hri_planner.ptomp import HumanForecast, PtompPlanner, load_default_config
 from hri_planner.robot import load_robot
+from hri_planner.robot.ik import ik_candidates
 
 DURATION_S = 1.5
 CONFIG = load_default_config()
@@ -91,6 +92,25 @@ def test_planners_are_made_when_another_size_is_chosen(started):
     selection.cell = Cell(20, 10)
     assert start(third) is second  # kept
     assert [seen.time_to_collision for seen in selection.seen] == [DURATION_S] * 4
+
+
+def test_a_final_posture_is_looked_for_once(started, monkeypatch):
+    """Half of what a start takes; the planner that is chosen takes over what the first has found."""
+    q, goal, _ = started
+    looked = []
+
+    def look_for(*arguments, **options):
+        looked.append(arguments)
+        return ik_candidates(*arguments, **options)
+
+    monkeypatch.setattr("hri_planner.ptomp.planner.ik_candidates", look_for)
+    robot, rng = load_robot(), np.random.default_rng(0)
+    adaptation = OnlineAdaptation(Fixed(Cell(60, 60)), robot, CONFIG, rng, None)
+    adaptation.start(
+        PtompPlanner(robot, CONFIG, rng), (q, np.zeros(7)), goal, DURATION_S, [],
+        uncertainties=[], errors=[], distance=np.inf,
+    )  # fmt: skip
+    assert len(looked) == 1
 
 
 def test_no_more_planners_are_kept_than_a_few(started):

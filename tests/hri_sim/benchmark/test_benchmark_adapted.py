@@ -8,13 +8,14 @@ from hri_planner.adaptation.best_fixed import BestFixed
 from hri_planner.adaptation.grid import Cell
 from hri_planner.adaptation.model_file import save_model, shipped_model
 from hri_planner.ptomp.situation import Situation
-from hri_sim.benchmark import adapted, episode, run
+from hri_sim.benchmark import adapted, episode, first_look, run
 from hri_sim.benchmark.adapted import ADAPTATION_S, ADAPTED
 from hri_sim.benchmark.conditions import task_conditions
-from hri_sim.benchmark.first_look import episode_seeds, start_situation
+from hri_sim.benchmark.first_look import PERIOD_S, episode_seeds, start_situation
 from hri_sim.benchmark.learning import task_library
 from hri_sim.benchmark.planners import PLANNERS
 from hri_sim.benchmark.run import Plan, marks
+from hri_sim.benchmark.watching import WATCHED_S
 
 BASE = PLANNERS["ptomp"]
 
@@ -59,6 +60,30 @@ def test_the_first_look_sees_what_a_planner_of_that_seed_sees(condition, library
     sure = start_situation(condition, "oracle", BASE.config, library, 0)
     assert sure.uncertainty == 0.0
     assert episode_seeds(condition, 0)[0].spawn_key != episode_seeds(condition, 1)[0].spawn_key
+
+
+def test_the_look_ends_when_the_first_replan_begins(condition, library, monkeypatch):
+    """What is chosen decides how long that is before the motion: at most a tenth of it."""
+    looked, replanned = [], []
+
+    class Watched(first_look.Watch):
+        times = looked
+
+        def advance(self, now_s):
+            self.times.append(now_s)
+            super().advance(now_s)
+
+    class Replanned(Watched):
+        times = replanned
+
+    monkeypatch.setattr(first_look, "Watch", Watched)
+    monkeypatch.setattr(episode, "Watch", Replanned)
+    start_situation(condition, "promp", BASE.config, library, 0)
+    slowest = (("num_timesteps", 10), ("num_rollouts", 5))
+    episode.run_episode(condition, replace(BASE, settings=slowest), library, slowdown=64.0, seed=0)
+    assert looked == sorted(looked)
+    assert looked[-1] == pytest.approx(replanned[0])
+    assert -WATCHED_S <= looked[0] < -WATCHED_S + 2.0 * PERIOD_S
 
 
 def test_the_choice_is_made_charged_and_used(condition, library, monkeypatch):

@@ -25,8 +25,8 @@ KEPT = 8
 class OnlineAdaptation:
     """Makes planners of the size that suits the situation.
 
-    What it adds to the start of a motion are a planner's buffers, about 3.5 ms on the reference machine where
-    the size was not met before; looking, choosing and taking the motion over take a third of a millisecond.
+    What it adds to the start of a motion are a planner's buffers, about 3.5 ms on the reference machine
+    where the size was not met before; looking, choosing and taking over take a third of a millisecond.
 
     Args:
         selection: Chooses time steps and roll-outs.
