@@ -219,11 +219,11 @@ def test_files_hold_no_pickles(tmp_path, success):
 
 
 def test_models_that_ship_choose():
-    for name in ("gpr_f64", "gpr_lower_f64", "success_f64", "fixed_f64"):
+    for name in ("gpr_f8", "gpr_lower_f8", "success_f8", "fixed_f8"):
         assert find_model(name) is shipped_model(name)
         cell = find_model(str(shipped_path(name))).choose(NEAR)
         assert cell == shipped_model(name).choose(NEAR)
-    with pytest.raises(ConfigError, match="success_f64"):
+    with pytest.raises(ConfigError, match="success_f8"):
         shipped_model("success_f63")
 
 

@@ -58,7 +58,7 @@ class PtompNodeConfig:
     adaptation_model: str = parameter(
         "",
         "Model that chooses planner.num_timesteps and num_rollouts when a motion starts: a .npz file, or "
-        "the name of one that ships, as success_f64; empty: they stay as they are",
+        "the name of one that ships, as success_f8; empty: they stay as they are",
     )
     max_duration: float = parameter(
         20.0, "A motion that takes longer ends as blocked", unit="s", low=1.0

@@ -11,7 +11,7 @@ from hri_sim.benchmark.conditions import Condition
 from hri_sim.benchmark.first_look import start_situation
 from hri_sim.benchmark.variation import AS_DRAWN, Variation
 
-TRAINED_AT = 64
+TRAINED_AT = 8
 """F that the models that these planners use were trained at."""
 
 ADAPTED = (
