@@ -1,7 +1,6 @@
 """The benchmark as a whole: figures, rows, the command line, one or many workers."""
 
 import json
-import math
 import subprocess
 import sys
 from dataclasses import replace
@@ -13,12 +12,13 @@ import pytest
 from hri_prediction.errors import ConfigError
 from hri_sim.benchmark import command, rows
 from hri_sim.benchmark.conditions import task_conditions
+from hri_sim.benchmark.intervals import share_interval
 from hri_sim.benchmark.outcome import Outcome
 from hri_sim.benchmark.planners import NOMINAL, ORACLE, PLANNERS
-from hri_sim.benchmark.report import mean_table, report
+from hri_sim.benchmark.report import mean_table, paired_table, report
 from hri_sim.benchmark.rows import Done, RowFile, Unit
 from hri_sim.benchmark.run import Plan, marks, run_benchmark
-from hri_sim.benchmark.summary import SHARES, compare, interval, mean_of, summarise, task_means
+from hri_sim.benchmark.summary import SHARES, compare, summarise, task_means
 
 GOOD = Outcome(0.06, 0.02, 1e-5, 1e-4, 1.5, 1.0, 0.01, 30.0, 0.4, 42, 0, 900)
 BAD = replace(GOOD, clearance=-0.01, time_to_collision=0.0)
@@ -76,9 +76,23 @@ def test_differences_are_of_the_same_tasks():
     better = {t: [GOOD, GOOD, *found[:-2]] for t, found in worse.items()}
     found = compare(better, worse)
     assert found["ok"] == pytest.approx(0.1)
-    assert found["ci95"]["ok"] == pytest.approx([0.1, 0.1])
-    low, high = interval(task_means(worse, SHARES["ok"]))
+    low, high = found["ci95"]["ok"]
+    assert 0.05 < low < 0.1 < high < 0.15
+    low, high = share_interval(task_means(worse, SHARES["ok"]))
     assert high - low > 0.1
+
+
+def test_means_are_compared_motion_by_motion():
+    slow = replace(GOOD, time_to_goal=GOOD.time_to_goal + 0.5)
+    ours = {t: [GOOD, LOST, GOOD] for t in range(10)}
+    theirs = {t: [slow, slow, LOST] for t in range(10)}
+    found = compare(ours, theirs)
+    assert found["time_to_goal_s"] == pytest.approx(-0.5)  # of the one motion that both have
+    assert found["ci95"]["time_to_goal_s"] == pytest.approx([-0.5, -0.5])
+    assert "-0.50 (-0.50 to -0.50)" in paired_table({"a - b": found})
+    nothing = compare({0: [LOST]}, {0: [LOST]})
+    assert nothing["accel_cost"] is None
+    assert "–" in paired_table({"a - b": nothing})
 
 
 def test_no_arrival_leaves_no_times():
@@ -86,31 +100,6 @@ def test_no_arrival_leaves_no_times():
     assert figures["ok"] == 0.0
     assert figures["time_to_goal_s"] is None
     assert figures["ci95"]["time_to_goal_s"] is None
-
-
-def test_intervals_count_tasks_not_conditions():
-    """Tasks that all succeed or all fail: the error of a share of 30 draws, not of 450."""
-    rng = np.random.default_rng(1)
-    good = rng.random(30) < 0.8
-    outcomes = {task: [GOOD if good[task] else BAD] * 15 for task in range(30)}
-    sums = task_means(outcomes, SHARES["ok"])
-    share = mean_of(sums)
-    low, high = interval(sums)
-    error = math.sqrt(share * (1.0 - share) / 30)
-    assert low < share < high
-    assert high - low == pytest.approx(2 * 1.96 * error, rel=0.15)
-    assert interval(sums) == [low, high]
-
-
-def test_intervals_cover_the_truth():
-    rng = np.random.default_rng(2)
-    covered = 0
-    for _ in range(100):
-        chance = np.clip(0.8 + 0.15 * rng.standard_normal(30), 0.0, 1.0)
-        counts = rng.binomial(15, chance)
-        low, high = interval(np.stack([counts, np.full(30, 15)], axis=1).astype(float))
-        covered += low <= 0.795 <= high  # what clipping leaves of 0.8
-    assert covered >= 88
 
 
 def test_rows_outlive_an_interruption(tmp_path):

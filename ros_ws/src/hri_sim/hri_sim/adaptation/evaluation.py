@@ -14,8 +14,8 @@ from hri_prediction.arm.geometry import FloatArray
 from hri_sim.adaptation.design import RANDOM, Design, Job, Trial
 from hri_sim.adaptation.samples import Sample
 from hri_sim.adaptation.training import LabelErrors, Models, Samples, labelled, of_tasks
+from hri_sim.benchmark.intervals import mean_of, share_difference_interval, share_interval
 from hri_sim.benchmark.rows import Unit
-from hri_sim.benchmark.summary import interval, mean_of
 
 DEFAULT = "default"
 """What is configured when nothing adapts."""
@@ -114,9 +114,9 @@ def _figures(design: Design, chosen: Samples, name: str) -> dict[str, Any]:
     good = [sample.control for sample in every if sample.ok]
     return {
         "ok": mean_of(sums),
-        "ci95": interval(sums),
+        "ci95": share_interval(sums),
         "ok_less_fixed": (mean_of(sums) or 0.0) - (mean_of(best) or 0.0),
-        "ok_less_fixed_ci95": interval(sums, best),
+        "ok_less_fixed_ci95": share_difference_interval(sums, best),
         "control": float(np.mean(good)) if good else None,
         "motions": len(every),
         "iterations": float(np.mean([sample.iterations for sample in every])),

@@ -27,6 +27,7 @@ MEAN_HEADS = {
     "time_to_collision_s": ("time to collision [s]", ".2f"),
     "iterations": ("iterations a motion", ".0f"),
 }
+_WIDEST = "clearance_5cm"
 KINDS = {
     "ambiguous": "Where only watching tells the target",
     "person_must_move": "Where the nominal motion collides only because the person moves (elsewhere the "
@@ -37,7 +38,9 @@ MEANINGS = (
     f"{LIMIT_S:g} s. strict: ok, held for 0.6 s, speeds up to 105 % of the limits, table clear. "
     "≥ 2 cm, ≥ 5 cm: ok with that clearance. Means of time and ∫‖q̈‖² are over motions that arrive; "
     "clearance and time to collision are the smallest of each motion; iterations include those of the "
-    "hold. In brackets: 95 % intervals by a bootstrap of tasks."
+    "hold. In brackets: 95 % intervals "
+    "of as many independent trials as the tasks make, not the motions: those of a task are alike. Shares: "
+    "Clopper and Pearson's, with the number of tasks where all or none succeed. Means: a bootstrap."
 )
 
 
@@ -86,6 +89,26 @@ def difference_table(differences: Mapping[str, Mapping[str, Any]]) -> str:
     return markdown_table(["difference [points]", *SHARE_HEADS.values()], rows)
 
 
+def signed_text(value: float | None, interval: Sequence[float] | None, form: str) -> str:
+    """A difference with its interval: ``+0.12 (-0.03 to +0.27)``."""
+    if value is None:
+        return "–"
+    text = f"{value:+{form}}"
+    return text if interval is None else f"{text} ({interval[0]:+{form}} to {interval[1]:+{form}})"
+
+
+def paired_table(differences: Mapping[str, Mapping[str, Any]]) -> str:
+    """The same of the means, motion by motion, beside the share with most clearance."""
+    rows = []
+    for name, found in differences.items():
+        cells = [f"`{name}`", points_text(found[_WIDEST], found["ci95"][_WIDEST])]
+        for key, (_, form) in MEAN_HEADS.items():
+            cells.append(signed_text(found[key], found["ci95"][key], form))
+        rows.append(cells)
+    head = ["difference", f"{SHARE_HEADS[_WIDEST]} [points]"]
+    return markdown_table([*head, *(text for text, _ in MEAN_HEADS.values())], rows)
+
+
 def mean_table(planners: Mapping[str, Mapping[str, Any]]) -> str:
     """How they got there."""
     rows = []
@@ -93,12 +116,30 @@ def mean_table(planners: Mapping[str, Mapping[str, Any]]) -> str:
         cells = [f"`{name}`"]
         for key, (_, form) in MEAN_HEADS.items():
             value, span = found[key], found["ci95"][key]
-            if value is None or span is None:
+            if value is None:
                 cells.append("–")
             else:
-                cells.append(f"{value:{form}} ({span[0]:{form}}–{span[1]:{form}})")
+                text = f"{value:{form}}"
+                cells.append(
+                    text if span is None else f"{text} ({span[0]:{form}}–{span[1]:{form}})"
+                )
         rows.append(cells)
     return markdown_table(["planner", *(head for head, _ in MEAN_HEADS.values())], rows)
+
+
+def kind_tables(results: Mapping[str, Any]) -> list[str]:
+    """Successes of all planners in each kind of conditions, and of how many tasks these are."""
+    parts = []
+    for kind, text in KINDS.items():
+        some = {name: said[kind] for name, said in results["planners"].items() if said[kind]}
+        if some:
+            share, tasks = share_text(results["shares"][kind], None), results["clusters"][kind]
+            counted = f"{tasks} task{'s' if tasks > 1 else ''}"
+            parts += [
+                f"{text} ({share} of the conditions, {counted}) alone:\n",
+                share_table(some),
+            ]
+    return parts
 
 
 def rejection_table(generator: Mapping[str, Any]) -> str:
@@ -156,12 +197,9 @@ def report(results: Mapping[str, Any]) -> str:
         parts += [
             "The same tasks compared, one planner less the other:\n",
             difference_table(results["differences"]),
+            paired_table(results["differences"]),
         ]
-    for kind, text in KINDS.items():
-        some = {name: found[kind] for name, found in planners.items() if found[kind]}
-        if some:
-            share = share_text(results["shares"][kind], None)
-            parts += [f"{text} ({share} of the conditions) alone:\n", share_table(some)]
+    parts += kind_tables(results)
     parts += [
         "What they are:\n",
         "\n".join(f"- `{name}`: {found['text']}." for name, found in planners.items()) + "\n",

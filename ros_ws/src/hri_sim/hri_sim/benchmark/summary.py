@@ -12,13 +12,16 @@ from hri_planner.adaptation.origin import trained_for_another
 from hri_prediction.arm.geometry import FloatArray
 from hri_sim.benchmark.conditions import CONDITION_RULES, TASK_RULES, task_conditions
 from hri_sim.benchmark.execution import PAPER
+from hri_sim.benchmark.intervals import (
+    mean_interval,
+    mean_of,
+    share_difference_interval,
+    share_interval,
+)
 from hri_sim.benchmark.outcome import CLEARANCES_M, Outcome
 from hri_sim.benchmark.planners import ORACLE
 from hri_sim.benchmark.rows import Done, Unit
 from hri_sim.benchmark.run import Plan
-
-RESAMPLES = 2000
-_BOOTSTRAP_SEED = 0
 
 Figure = Callable[[Outcome], float | None]
 
@@ -48,59 +51,54 @@ def task_means(outcomes: Mapping[int, Sequence[Outcome]], figure: Figure) -> Flo
     return np.array(rows)
 
 
-def mean_of(sums: FloatArray) -> float | None:
-    """The mean from sums and numbers (tasks, 2); none when there are no values."""
-    total, count = sums.sum(axis=0)
-    return float(total / count) if count else None
+def paired_differences(
+    ours: Mapping[int, Sequence[Outcome]],
+    theirs: Mapping[int, Sequence[Outcome]],
+    figure: Figure,
+) -> FloatArray:
+    """Sum and number of the differences in each task (tasks, 2), of motions that have both values.
 
-
-def interval(sums: FloatArray, less: FloatArray | None = None) -> list[float] | None:
-    """95 % interval of the mean, or of a difference of two, by a bootstrap of whole tasks.
-
-    Tasks are drawn with replacement (2000 times), each with all its conditions and seeds: these
-    have person and places in common and are no independent trials. Of a difference, both means are of
-    the tasks drawn: what makes a task hard for both drops out.
-
-    Args:
-        sums: Sum and number of values in each task (tasks, 2).
-        less: The same of what is subtracted; none: nothing is.
+    Motions are compared one by one: same condition, same seed.
     """
-    rng = np.random.default_rng(_BOOTSTRAP_SEED)
-    chosen = rng.integers(len(sums), size=(RESAMPLES, len(sums)))
-    drawn = _means(sums[chosen])
-    if less is not None:
-        drawn = drawn - _means(less[chosen])
-    drawn = drawn[~np.isnan(drawn)]
-    if not len(drawn):
-        return None
-    low, high = np.percentile(drawn, [2.5, 97.5])
-    return [float(low), float(high)]
-
-
-def _means(sums: FloatArray) -> FloatArray:
-    """Means of resampled sums and numbers (n, tasks, 2); NaN where there are no values."""
-    total = sums.sum(axis=1)
-    return np.where(total[:, 1] > 0.0, total[:, 0] / np.maximum(total[:, 1], 1.0), np.nan)
+    rows = []
+    for task, found in ours.items():
+        pairs = [
+            (figure(mine), figure(other)) for mine, other in zip(found, theirs[task], strict=True)
+        ]
+        values = [a - b for a, b in pairs if a is not None and b is not None]
+        rows.append((float(np.sum(values)), float(len(values))))
+    return np.array(rows)
 
 
 def compare(
     ours: Mapping[int, Sequence[Outcome]], theirs: Mapping[int, Sequence[Outcome]]
 ) -> dict[str, Any]:
-    """How much larger our shares are than another planner's, in the same tasks, with intervals."""
+    """How much larger our figures are than another planner's, in the same motions, with intervals.
+
+    Means are over the motions that have a figure with both planners: times and accelerations of those
+    that arrive with both.
+    """
     found: dict[str, Any] = {"ci95": {}}
     for name, figure in SHARES.items():
         mine, other = task_means(ours, figure), task_means(theirs, figure)
         found[name] = (mean_of(mine) or 0.0) - (mean_of(other) or 0.0)
-        found["ci95"][name] = interval(mine, other)
+        found["ci95"][name] = share_difference_interval(mine, other)
+    for name, figure in MEANS.items():
+        less = paired_differences(ours, theirs, figure)
+        found[name], found["ci95"][name] = mean_of(less), mean_interval(less)
     return found
 
 
 def figures(outcomes: Mapping[int, Sequence[Outcome]]) -> dict[str, Any]:
     """All figures of one planner from its outcomes by task, with intervals."""
-    sums = {name: task_means(outcomes, figure) for name, figure in {**SHARES, **MEANS}.items()}
+    shares = {name: task_means(outcomes, figure) for name, figure in SHARES.items()}
+    means = {name: task_means(outcomes, figure) for name, figure in MEANS.items()}
     return {
-        **{name: mean_of(values) for name, values in sums.items()},
-        "ci95": {name: interval(values) for name, values in sums.items()},
+        **{name: mean_of(values) for name, values in {**shares, **means}.items()},
+        "ci95": {
+            **{name: share_interval(values) for name, values in shares.items()},
+            **{name: mean_interval(values) for name, values in means.items()},
+        },
     }
 
 
@@ -157,6 +155,7 @@ def summarise(plan: Plan, done: Mapping[Unit, Done]) -> dict[str, Any]:
         "tasks": len(plan.tasks),
         "conditions": count,
         "shares": {kind: sum(map(len, only.values())) / count for kind, only in hard.items()},
+        "clusters": {kind: sum(map(bool, only.values())) for kind, only in hard.items()},
         "planners": planners,
         "differences": {
             f"{names[0]} - {name}": compare(first, other)
