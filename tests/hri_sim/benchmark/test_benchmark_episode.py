@@ -73,6 +73,15 @@ def test_slower_machines_replan_and_iterate_less(condition, library):
     assert runs[2].time_to_goal is None or runs[2].time_to_goal > 4.0
 
 
+@pytest.mark.parametrize("most", [0, 3])
+def test_iterations_can_be_capped(condition, library, most):
+    capped = dataclasses.replace(PTOMP, max_iterations=most)
+    outcome = run_episode(condition, capped, library, slowdown=1.0, seed=0)
+    assert outcome.replans > 10
+    assert outcome.iterations <= most * outcome.replans
+    assert (outcome.iterations > 0) is (most > 0)
+
+
 def test_a_late_plan_knows_only_what_was_known_when_its_work_began(condition, library, monkeypatch):
     """At F = 64 a replan takes several intervals: its forecast is that old at the hand-over."""
     ages = []

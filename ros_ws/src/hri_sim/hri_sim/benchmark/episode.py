@@ -137,6 +137,8 @@ def watch_episode(
         given_s = interval_s if config.interleaved else duration
         granted = budget.grant(given_s, config.num_rollouts, round(left_s / interval_s), charge_s)
         if granted is not None:
+            if setup.max_iterations is not None:
+                granted = min(granted, setup.max_iterations)
             if planner.plan is None:
                 # As in the graph, what the robot sets off with is replanned once before.
                 run.plan = planner.start(q, rest, goal, duration, handover_s)

@@ -32,6 +32,7 @@ class PlannerSetup:
             does not replan.
         settings: Parameters of :class:`PtompConfig` that differ from the default, with values.
         adaptation: Shipped model that chooses time steps and roll-outs at the start; none: they stay.
+        max_iterations: Of a replan, whatever the budget pays for; none: as many as that.
     """
 
     name: str
@@ -39,6 +40,7 @@ class PlannerSetup:
     observer: str | None = "promp"
     settings: tuple[tuple[str, float | int], ...] = ()
     adaptation: str | None = None
+    max_iterations: int | None = None
 
     @property
     def config(self) -> PtompConfig:
