@@ -116,7 +116,10 @@ def _figures(design: Design, chosen: Samples, name: str) -> dict[str, Any]:
         "ok": mean_of(sums),
         "ci95": share_interval(sums),
         "ok_less_fixed": (mean_of(sums) or 0.0) - (mean_of(best) or 0.0),
-        "ok_less_fixed_ci95": share_difference_interval(sums, best),
+        # The best fixed cell less itself is nothing, and that is certain.
+        "ok_less_fixed_ci95": (
+            [0.0, 0.0] if name == FIXED else share_difference_interval(sums, best)
+        ),
         "control": float(np.mean(good)) if good else None,
         "motions": len(every),
         "iterations": float(np.mean([sample.iterations for sample in every])),
