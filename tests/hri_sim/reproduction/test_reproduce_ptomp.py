@@ -10,6 +10,7 @@ from hri_prediction.errors import ConfigError
 from hri_sim.benchmark import run
 from hri_sim.reproduction import closer, command, pictures
 from hri_sim.reproduction.bars import BARS
+from hri_sim.reproduction.elsewhere import ELSEWHERE
 from hri_sim.reproduction.sections import SECTIONS
 
 PICTURES = ["comparison", "costs_certain", "costs_uncertain", "parameters", "postures", "worst"]
@@ -30,12 +31,13 @@ def test_smoke_makes_everything_and_does_nothing_twice(tmp_path, monkeypatch, ca
     assert sorted(path.stem for path in (tmp_path / "ptomp").iterdir()) == PICTURES
     assert sorted(content["pictures"]) == PICTURES
     assert list(content["sections"]) == [section.name for section in SECTIONS]
-    assert len(content["bars"]) == len(BARS)
+    assert len(content["bars"]) == len(BARS) + len(ELSEWHERE)
+    assert list(content["leads"]) == list(content["starts"]) == ["1", "64"]
     assert "402 of 450 (89.3 %)" in text
     for name in PICTURES:
         assert f"](ptomp/{name}.png)" in text
     said = capsys.readouterr().out
-    assert "met     ok, F = 1" in said
+    assert "met           ok, F = 1" in said
     assert "robustness kappa" in said
 
     def refuse(*arguments, **options):

@@ -90,6 +90,9 @@ def judge(bar: Bar, measured: Mapping[float, Measured]) -> dict[str, Any]:
     met = value is not None and round(value - bar.low, 9) >= 0.0
     return {
         "what": bar.what,
+        "share": bar.share,
+        "slowdown": bar.slowdown,
+        "ambiguous": bar.ambiguous,
         "against": bar.against,
         "wanted": bar.low,
         "measured": value,
@@ -99,22 +102,51 @@ def judge(bar: Bar, measured: Mapping[float, Measured]) -> dict[str, Any]:
 
 
 def bar_texts(judged: Mapping[str, Any]) -> tuple[str, str]:
-    """What was measured and what is wanted: percents of a share, points of a difference."""
-    value, span = judged["measured"], judged["ci95"]
+    """What was measured and what is wanted: percents of a share, points of a difference.
+
+    Of a bar of :mod:`.elsewhere` both are in its own unit.
+    """
+    value = judged["measured"]
+    if "unit" in judged:
+        return ("–" if value is None else in_unit(value, judged)), (
+            f"{'≤' if judged['at_most'] else '≥'} {in_unit(judged['wanted'], judged)}"
+        )
+    span = judged["ci95"]
     if judged["against"] is None:
         return share_text(value, span), f"≥ {100.0 * judged['wanted']:g} %"
     wanted = f"≥ {100.0 * judged['wanted']:g} points"
     return ("–" if value is None else points_text(value, span)), wanted
 
 
+def in_unit(value: float, judged: Mapping[str, Any]) -> str:
+    """A value with the unit of its bar."""
+    return f"{value:,.4g} {judged['unit']}" if value < 1e4 else f"{value:,.0f} {judged['unit']}"
+
+
+def verdict(judged: Mapping[str, Any]) -> str:
+    """In a word or two."""
+    return {True: "met", False: "missed", None: "not measured"}[judged["met"]]
+
+
 def bar_lines(judged: Sequence[Mapping[str, Any]]) -> list[str]:
     """How many bars are met, and the table of all."""
-    missed = sum(not bar["met"] for bar in judged)
+    verdicts = [verdict(bar) for bar in judged]
+    counts = [
+        f"{count} {word}"
+        for word in ("met", "missed", "not measured")
+        if (count := verdicts.count(word)) or word != "not measured"
+    ]
     rows = [
-        [str(bar["what"]), *bar_texts(bar), "met" if bar["met"] else "**missed**"] for bar in judged
+        [
+            str(bar["what"]),
+            *bar_texts(bar),
+            "**missed**" if word == "missed" else word,
+            bar.get("origin") or ("–" if "unit" in bar else "here"),
+        ]
+        for bar, word in zip(judged, verdicts, strict=True)
     ]
     return [
-        f"Wanted and measured, of `{OURS}`: {len(judged) - missed} met, {missed} missed.",
+        f"Wanted and measured, of `{OURS}`: {', '.join(counts)}.",
         "",
-        markdown_table(["what", "measured", "wanted", ""], rows),
+        markdown_table(["what", "measured", "wanted", "", "measured where"], rows),
     ]

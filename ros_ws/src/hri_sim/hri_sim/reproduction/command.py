@@ -15,9 +15,10 @@ from hri_prediction.results.progress import ProgressLine
 from hri_sim.benchmark.report import SHARE_HEADS, share_text
 from hri_sim.benchmark.run import Plan, run_benchmark
 from hri_sim.benchmark.summary import summarise
-from hri_sim.reproduction import failures, pictures, surfaces
-from hri_sim.reproduction.bars import BARS, bar_texts, judge
+from hri_sim.reproduction import failures, leads, pictures, starts, surfaces
+from hri_sim.reproduction.bars import BARS, bar_texts, judge, verdict
 from hri_sim.reproduction.closer import Item, Look, look_at_all
+from hri_sim.reproduction.elsewhere import judge_elsewhere
 from hri_sim.reproduction.report import report
 from hri_sim.reproduction.scenes import first_moving
 from hri_sim.reproduction.section import Measured, Scope
@@ -93,7 +94,7 @@ def reproduce(scope: Scope, out: Path, laboratory: Laboratory) -> dict[str, Any]
     }
     by_slowdown = {one.plan.slowdown: one for one in measured[HEADLINE.name].values()}
     reference = by_slowdown[1.0]
-    failed = failures.failed_items(reference)
+    failed = [item for one in by_slowdown.values() for item in failures.failed_items(one)]
     seen = laboratory.look("failures", failed)
     grid = surfaces.Grid(first_moving(), scope)
     costs = grid.surfaces(laboratory.look("cost surfaces", grid.items))
@@ -103,7 +104,9 @@ def reproduce(scope: Scope, out: Path, laboratory: Laboratory) -> dict[str, Any]
         "origin": origin,
         "smoke": scope.smoke,
         "seeds": list(reference.plan.seeds),
-        "bars": [judge(bar, by_slowdown) for bar in BARS],
+        "bars": [*(judge(bar, by_slowdown) for bar in BARS), *judge_elsewhere(RESULTS)],
+        "leads": {f"{slow:g}": leads.leads(one) for slow, one in by_slowdown.items()},
+        "starts": {f"{slow:g}": starts.starts(one.plan) for slow, one in by_slowdown.items()},
         "sections": {
             section: {name: one.results for name, one in found.items()}
             for section, found in measured.items()
@@ -128,7 +131,7 @@ def reproduce(scope: Scope, out: Path, laboratory: Laboratory) -> dict[str, Any]
 def show(content: dict[str, Any], console: Console) -> None:
     """Bars and headline figures, as plain lines."""
     lines = [
-        f"{'met   ' if bar['met'] else 'missed'}  {bar['what']}: {', wanted '.join(bar_texts(bar))}"
+        f"{verdict(bar):<12}  {bar['what']}: {', wanted '.join(bar_texts(bar))}"
         for bar in content["bars"]
     ]
     for section, plans in content["sections"].items():

@@ -22,7 +22,7 @@ CAUSES = {
     "table": "touched the table",
 }
 """In the order in which they are looked for: the first is what a failure is counted as."""
-LISTED = 40
+LISTED = 25
 """Failures that the report lists, the deepest contacts first."""
 
 
@@ -48,6 +48,7 @@ class Failure:
         condition, outcome = self.item.find(), self.seen.outcome
         reach = condition.scenario.reaches[0]
         return {
+            "slowdown": self.item.slowdown,
             "task": self.item.task,
             "condition": self.item.condition,
             "seed": self.item.seed,
@@ -112,10 +113,17 @@ def worst_item(measured: Measured) -> tuple[Item, float]:
     return item, clearance
 
 
-def lines(failures: Sequence[Mapping[str, Any]], of: int) -> list[str]:
-    """How many failed of how many, by cause, and the worst of them one by one."""
+def lines(failures: Sequence[Mapping[str, Any]], of: int, slowdown: float) -> list[str]:
+    """How many failed of how many on one machine, by cause, and the worst of them one by one.
+
+    Args:
+        failures: On all machines, see :meth:`Failure.figures`.
+        of: Motions on this one.
+        slowdown: F of it.
+    """
+    failures = [found for found in failures if found["slowdown"] == slowdown]
     if not failures:
-        return [f"None of {of} motions failed.\n"]
+        return [f"F = {slowdown:g}: none of {of} motions failed.\n"]
     rows = []
     for cause, text in CAUSES.items():
         some = [found for found in failures if found["cause"] == cause]
@@ -131,7 +139,7 @@ def lines(failures: Sequence[Mapping[str, Any]], of: int) -> list[str]:
     head = ["cause", "motions", "ambiguous", "person must move", "robot at rest", "conditions"]
     listed = sorted(failures, key=lambda found: found["clearance_m"])[:LISTED]
     parts = [
-        f"{len(failures)} of {of} motions of `{OURS}` are no strict success (F = 1, all seeds). "
+        f"{len(failures)} of {of} motions of `{OURS}` are no strict success (F = {slowdown:g}, all seeds). "
         "Robot at rest: when they touched, or were nearest. Conditions: different ones, whatever the "
         "seed.\n",
         markdown_table(head, rows),

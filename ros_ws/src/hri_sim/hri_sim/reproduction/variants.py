@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
 
 from hri_planner.ptomp.variants import variants
 from hri_sim.benchmark.planners import PLANNERS, PlannerSetup, find_planners
 from hri_sim.benchmark.report import (
     MEAN_HEADS,
     SHARE_HEADS,
+    difference_table,
     markdown_table,
-    points_text,
+    paired_table,
     share_text,
 )
 from hri_sim.benchmark.run import Plan
@@ -22,30 +25,37 @@ ABLATIONS = (
     "itomp_timing",
 )
 """Planners that lack something that `OURS` has, and a peer that has more than usual."""
-KAPPAS = (0.0, 0.25, 1.0, 2.0)
+SLOWDOWNS = (1.0, 8.0, 64.0)
+KAPPAS = (0.0, 0.25, 1.0, 2.0, 3.0)
 MARGINS_M = (0.03, 0.05, 0.09, 0.12)
-_LOST = "clearance_2cm"
+ITERATIONS = (0, 5, 20, 80)
+"""Most of a replan."""
 _SHOWN_MEANS = ("time_to_goal_s", "accel_cost", "clearance_m")
 
 
 def ablation_plans(scope: Scope) -> dict[str, Plan]:
-    """All at once, on the reference machine and on a slow one."""
+    """All at once, on the reference machine and on slower ones."""
     names = (OURS, *(ABLATIONS[:1] if scope.smoke else ABLATIONS))
     return {
         f"F{slow:g}": scope.first.plan(find_planners(names), slow, conditions=FEW)
-        for slow in (1.0, 64.0)
+        for slow in SLOWDOWNS
     }
 
 
 def robustness_plans(scope: Scope) -> dict[str, Plan]:
     """One for each setting, on the reference machine."""
-    step = len(KAPPAS) - 1 if scope.smoke else 1  # the ends
+    changed = {
+        "kappa": [with_kappa(kappa) for kappa in KAPPAS],
+        "margin": [with_margin(margin) for margin in MARGINS_M],
+        "iterations": [with_iterations(most) for most in ITERATIONS],
+    }
     return {
-        name: scope.first.plan((PLANNERS[OURS], *setups), 1.0, conditions=FEW)
-        for name, setups in (
-            ("kappa", map(with_kappa, KAPPAS[::step])),
-            ("margin", map(with_margin, MARGINS_M[::step])),
+        name: scope.first.plan(
+            (PLANNERS[OURS], *(setups[:: len(setups) - 1] if scope.smoke else setups)),
+            1.0,
+            conditions=FEW,
         )
+        for name, setups in changed.items()
     }
 
 
@@ -63,6 +73,12 @@ def with_margin(margin: float) -> PlannerSetup:
     return _changed(f"margin_{margin:g}", f"with a margin of {100.0 * margin:g} cm", settings)
 
 
+def with_iterations(most: int) -> PlannerSetup:
+    """Ours with so many iterations a replan at most, whatever the budget pays for."""
+    text = f"with at most {most} iterations a replan"
+    return replace(_changed(f"iterations_{most}", text, ()), max_iterations=most)
+
+
 def _changed(name: str, text: str, settings: tuple[tuple[str, float], ...]) -> PlannerSetup:
     ours = PLANNERS[OURS]
     # Later settings win: those of ours first.
@@ -72,31 +88,31 @@ def _changed(name: str, text: str, settings: tuple[tuple[str, float], ...]) -> P
 
 
 def lines(measured: Mapping[str, Measured]) -> list[str]:
-    """A table for each plan, with what is lost against the first planner of it."""
+    """For each plan how good they are, and what the first planner has more, motion by motion."""
     parts = [
-        f"The first {FEW} conditions of each task, the first seed; in the last column what the first "
-        "planner has more, in the same tasks.\n"
+        f"The first {FEW} conditions of each task, the first seed. Below each table: what the first "
+        "planner has more than each other, in the same conditions.\n"
     ]
     for one in measured.values():
-        planners = one.results["planners"]
-        parts.append(f"F = {one.results['budget']:g}:\n")
-        first = next(iter(planners))
-        head = ["planner", *SHARE_HEADS.values()]
-        head += [
-            *(MEAN_HEADS[key][0] for key in _SHOWN_MEANS),
-            f"{SHARE_HEADS[_LOST]} lost [points]",
+        planners, differences = one.results["planners"], one.results["differences"]
+        parts += [
+            f"F = {one.results['budget']:g}:\n",
+            _values_table(planners),
+            difference_table(differences),
+            paired_table(differences),
+            "\n".join(f"- `{n}`: {found['text']}." for n, found in planners.items()) + "\n",
         ]
-        rows = []
-        for name, found in planners.items():
-            cells = [f"`{name}`", *(share_text(found[key], None) for key in SHARE_HEADS)]
-            for key in _SHOWN_MEANS:
-                value, form = found[key], MEAN_HEADS[key][1]
-                cells.append("–" if value is None else format(value, form))
-            less = one.results["differences"].get(f"{first} - {name}")
-            cells.append("–" if less is None else points_text(less[_LOST], less["ci95"][_LOST]))
-            rows.append(cells)
-        parts.append(markdown_table(head, rows))
-        parts.append(
-            "\n".join(f"- `{n}`: {found['text']}." for n, found in planners.items()) + "\n"
-        )
     return parts
+
+
+def _values_table(planners: Mapping[str, Mapping[str, Any]]) -> str:
+    """Shares and means; their intervals are in the differences."""
+    rows = []
+    for name, found in planners.items():
+        cells = [f"`{name}`", *(share_text(found[key], None) for key in SHARE_HEADS)]
+        for key in _SHOWN_MEANS:
+            value, form = found[key], MEAN_HEADS[key][1]
+            cells.append("–" if value is None else format(value, form))
+        rows.append(cells)
+    head = [*SHARE_HEADS.values(), *(MEAN_HEADS[key][0] for key in _SHOWN_MEANS)]
+    return markdown_table(["planner", *head], rows)
