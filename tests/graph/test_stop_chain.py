@@ -16,6 +16,7 @@ from motions import (
 )
 
 from hri_planner.nodes.ptomp_node import PtompNode
+from hri_planner.ptomp import planner
 from hri_prediction.errors import DataError, GraphError, PlanningError
 from hri_prediction.ros.messages import ControllerState, PlannerStatus, ReachTarget
 from hri_prediction.ros.time import seconds_to_ns
@@ -215,7 +216,7 @@ def test_plans_that_leave_the_limits_are_never_followed(
     handle = start_reach(graph, scenario)
     run_into_motion(graph)
     since = graph.now_s
-    monkeypatch.setattr(graph.nodes["ptomp"].replanning.planner, "_keeps_limits", lambda _: False)
+    monkeypatch.setattr(planner, "keeps_limits", lambda robot, plan: False)
     result = finish(graph, handle, 4.0)
     assert result.outcome == ReachTarget.Result.FAILED
     assert "joint limits" in result.reason
