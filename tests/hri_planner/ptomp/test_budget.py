@@ -14,7 +14,7 @@ INTERVAL_S = 1.5 / 42
 def test_iterations_follow_the_cost_model_in_the_long_run(slowdown):
     budget = VirtualTimeBudget(slowdown)
     cost = slowdown * (15e-6 + 0.30e-6 * 30 * (42 + 3))
-    counts = [budget.iterations(INTERVAL_S, 30, 42) for _ in range(200)]
+    counts = [budget.grant(INTERVAL_S, 30, 42) for _ in range(200)]
     assert sum(counts) in (math.floor(200 * INTERVAL_S / cost), round(200 * INTERVAL_S / cost))
     assert max(counts) - min(counts) <= 1
     assert counts[0] == math.floor(INTERVAL_S / cost)

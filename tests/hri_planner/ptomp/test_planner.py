@@ -173,3 +173,11 @@ def test_impossible_requests_say_why():
     for call in (lambda: planner.replan(0.1, []), lambda: planner.resync(START, START, 0.0)):
         with pytest.raises(PlanningError, match="without an active reach"):
             call()
+
+
+@pytest.mark.parametrize("duration", [1.5, 3.0])
+def test_free_steps_are_those_of_the_motion_that_was_asked_for(duration):
+    planner = _planner()
+    planner.start(START, np.zeros(7), GOAL, duration, 0.0)
+    found = [planner.free_steps(share * duration) for share in (0.0, 0.5, 1.0, 2.0)]
+    assert found == [42, 21, 0, 0]

@@ -33,6 +33,7 @@ RULES = Rules(
     goal_tolerance=0.005,
     rest_speed=0.02,
     heartbeat=True,
+    plans_once=False,
     knows_table=True,
 )
 GOAL = Goal(np.array([0.5, 0.2, 0.3]), 1.5)

@@ -7,9 +7,10 @@ import pytest
 from hri_planner.adaptation.best_fixed import BestFixed
 from hri_planner.adaptation.grid import Cell
 from hri_planner.adaptation.model_file import save_model, shipped_model
+from hri_planner.ptomp.budget import ADAPTATION_S, START_S
 from hri_planner.ptomp.situation import Situation
 from hri_sim.benchmark import adapted, episode, first_look, run
-from hri_sim.benchmark.adapted import ADAPTATION_S, ADAPTED
+from hri_sim.benchmark.adapted import ADAPTED
 from hri_sim.benchmark.conditions import task_conditions
 from hri_sim.benchmark.first_look import PERIOD_S, episode_seeds, start_situation
 from hri_sim.benchmark.learning import task_library
@@ -106,7 +107,7 @@ def test_the_choice_is_made_charged_and_used(condition, library, monkeypatch):
     assert len(selection.seen) == 2
     assert {(interval, rollouts) for interval, rollouts, _ in granted} == {(0.15, 5)}
     extra = granted[0][2] - granted[-1][2]
-    assert extra == pytest.approx(episode.START_S + ADAPTATION_S)
+    assert extra == pytest.approx(START_S + ADAPTATION_S)
 
 
 def test_a_fixed_cell_costs_nothing_to_choose(condition, library, monkeypatch):

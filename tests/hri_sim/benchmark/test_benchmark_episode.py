@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 
+from hri_planner.ptomp.budget import replan_charge
 from hri_planner.robot import load_robot
 from hri_prediction.errors import ConfigError
 from hri_sim.benchmark import episode
@@ -98,7 +99,7 @@ def test_a_late_plan_knows_only_what_was_known_when_its_work_began(condition, li
     assert min(ages) >= interval + latency - 1e-9
     ages.clear()
     run_episode(condition, PTOMP, library, slowdown=64.0, seed=0)
-    work = 64.0 * episode.replan_charge(PTOMP) - interval  # less what was left over
+    work = 64.0 * replan_charge(PTOMP.config) - interval  # less what was left over
     assert min(ages) >= work
 
 

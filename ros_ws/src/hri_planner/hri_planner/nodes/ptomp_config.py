@@ -27,8 +27,9 @@ class PtompNodeConfig:
     seed: int = parameter(0, "Seed of the optimiser's noise", low=0)
     variant: str = parameter(
         "ptomp",
-        "Which planner: its settings are the defaults of the planner.* parameters. Those of stomp plan "
-        "once, within one interval; itomp is meant for a predictor without a library",
+        "Which planner: its settings are the defaults of the planner.* parameters. stomp plans "
+        "once, for as long as the motion is to take, before it sets off; itomp is meant for a predictor "
+        "without a library",
         choices=tuple(variants()),
     )
     target_names: tuple[str, ...] = parameter((), "Names of the targets that goals may name")
@@ -45,12 +46,15 @@ class PtompNodeConfig:
     )  # fmt: skip
     compute_share: float = parameter(
         0.5,
-        "Share of the interval that the optimiser may take; the rest is slack",
+        "Share of the interval that the optimiser may take; the rest is slack, and not saved up",
         low=0.05,
         high=0.9,
     )
     slowdown: float = parameter(
-        1.0, "Lock-step only: how many times slower than the reference machine", low=0.01
+        1.0,
+        "Lock-step only: how many times slower than the reference machine; where an interval is too short "
+        "for a replan, time is saved up, and late_timeout stops the robot meanwhile",
+        low=0.01,
     )
     default_duration: float = parameter(
         1.5, "Duration of a motion whose goal names none", unit="s", low=0.2, high=60.0
@@ -138,7 +142,7 @@ class PtompNodeConfig:
         """How old inputs may be."""
         return Limits(self.max_joint_age, self.max_sample_age, self.require_tracking)
 
-    def rules(self, *, lockstep: bool) -> Rules:
+    def rules(self, *, lockstep: bool, plans_once: bool) -> Rules:
         """By what motions are judged; in lock-step plans need no time to get through."""
         return Rules(
             interval_ns=seconds_to_ns(self.replan_interval),
@@ -149,5 +153,6 @@ class PtompNodeConfig:
             goal_tolerance=self.goal_tolerance,
             rest_speed=self.rest_speed,
             heartbeat=self.heartbeat,
+            plans_once=plans_once,
             knows_table=bool(self.table_center),
         )

@@ -75,7 +75,9 @@ class PtompNode(HriNode):
         )
         self._robot = load_robot()
         self._limits = config.limits
-        self._supervisor = Supervisor(config.rules(lockstep=self.lockstep), self._limits)
+        self._supervisor = Supervisor(
+            config.rules(lockstep=self.lockstep, plans_once=not planner.interleaved), self._limits
+        )
         self._inputs = Inputs(radii=config.radii)
         self.replanning = Replanning(
             self._robot,
@@ -239,7 +241,8 @@ class PtompNode(HriNode):
                 return
             supervisor.begun(interval)
         try:
-            self.replanning.submit(interval)
+            if not self.replanning.submit(interval):
+                supervisor.out_of_time(interval.number)
         except (DataError, PlanningError) as error:
             self._carry_out(now_ns, supervisor.failed(interval.number, str(error)))
             return
@@ -248,7 +251,7 @@ class PtompNode(HriNode):
 
     def _collect(self, now_ns: int) -> None:
         """Publish the plan that has become ready, unless it is late."""
-        made = self.replanning.worker.take()
+        made = self.replanning.take(now_ns)
         if made is None:
             return
         if isinstance(made, Failed):

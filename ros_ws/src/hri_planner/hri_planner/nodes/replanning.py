@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hri_planner.adaptation.model_file import find_model
 from hri_planner.adaptation.online import OnlineAdaptation
 from hri_planner.nodes.ptomp_config import PtompNodeConfig
-from hri_planner.ptomp.budget import VirtualTimeBudget
+from hri_planner.ptomp.budget import ADAPTATION_S, START_S, VirtualTimeBudget, replan_charge
 from hri_planner.ptomp.config import PtompConfig
 from hri_planner.ptomp.costs import TableBox
 from hri_planner.ptomp.planner import PlannerSnapshot, PtompPlanner
@@ -23,7 +23,7 @@ from hri_planner.ros.inputs import Inputs
 from hri_planner.ros.worker import Worker
 from hri_planner.supervision.decision import Goal, Interval
 from hri_prediction.errors import DataError, PlanningError
-from hri_prediction.ros.time import seconds_to_ns
+from hri_prediction.ros.time import NANO, seconds_to_ns
 
 FloatArray = NDArray[np.float64]
 
@@ -115,6 +115,8 @@ class Replanning:
         )
         self.worker: Worker[Cycle | Failed] = Worker("ptomp optimiser", inline=lockstep)
         self._budget = VirtualTimeBudget(config.slowdown)
+        self._take_from_ns = 0
+        self._abandoned = 0
 
     @property
     def planner(self) -> PtompPlanner:
@@ -152,8 +154,11 @@ class Replanning:
             )
         self.handover.begin(handover_ns)
 
-    def submit(self, interval: Interval) -> None:
+    def submit(self, interval: Interval) -> bool:
         """Begin a replan with the newest inputs; :meth:`take` brings what comes of it.
+
+        Returns:
+            Whether it has begun: in lock-step, what has been saved up may not pay for a replan yet.
 
         Raises:
             DataError: when the inputs cannot be used.
@@ -164,20 +169,24 @@ class Replanning:
         joint = self.handover.align(handover_ns)
         forecasts = self._inputs.forecasts(self.handover.origin_ns)
         newest_ns = self._inputs.newest_sample_ns()
-        iterations: int | None = None
+        interval_ns = seconds_to_ns(self._config.replan_interval)
+        self._take_from_ns = handover_ns - interval_ns if interval.ahead else interval.begin_ns
         deadline: Callable[[], bool] | None = None
+        iterations: int | None
         if self._lockstep:
-            interval_s, steps = self._config.replan_interval, self._free_steps(handover_s)
-            iterations = self._budget.iterations(
-                interval_s, self.planner.config.num_rollouts, steps
-            )
+            iterations = self._granted(interval, handover_s)
+            if iterations is None:
+                return False
         else:
-            share = self._config.compute_share
-            end_ns = interval.begin_ns + round(share * (handover_ns - interval.begin_ns))
+            # A plan that is made ahead may take the steps of all the replans that others make.
+            replans = max(round((handover_ns - interval.begin_ns) / interval_ns), 1)
+            iterations = self.planner.config.iterations * replans
+            end_ns = handover_ns - round((1.0 - self._config.compute_share) * interval_ns)
 
             def deadline() -> bool:
                 # The ROS clock, so that the share is kept when /clock runs fast or slow.
-                return self._now_ns() >= end_ns
+                unwanted = interval.ahead and interval.number <= self._abandoned
+                return unwanted or self._now_ns() >= end_ns
 
         def job() -> Cycle | Failed:
             start = time.monotonic()
@@ -193,9 +202,30 @@ class Replanning:
             return Cycle(interval, newest_ns, joint, before, result, spent_s)
 
         self.worker.submit(job)
+        return True
 
-    def _free_steps(self, handover_s: float) -> int:
-        """Time steps between a hand-over and the end of the present plan."""
-        plan = self.planner.plan
-        left_s = 0.0 if plan is None else max(plan.end_s - handover_s, 0.0)
-        return round(left_s / self._config.default_duration * self.planner.config.num_timesteps)
+    def take(self, now_ns: int) -> Cycle | Failed | None:
+        """What has come of the last replan, once; one made ahead when the robot is about to set off."""
+        return self.worker.take() if now_ns >= self._take_from_ns else None
+
+    def abandon(self, number: int) -> None:
+        """A motion is over: what is still planned ahead for it need not be finished."""
+        self._abandoned = max(self._abandoned, number)
+
+    def _granted(self, interval: Interval, handover_s: float) -> int | None:
+        """Iterations of a replan in virtual time, charged as in the benchmark; none: not yet.
+
+        An interval's whole time counts, and what is left over is kept for the next.
+        """
+        config = self.planner.config
+        if not config.interleaved and not interval.ahead:
+            return 0  # it has planned already
+        charge_s = replan_charge(config)
+        if interval.start is not None:
+            charge_s += START_S + (ADAPTATION_S if self._adaptation is not None else 0.0)
+        return self._budget.grant(
+            (interval.handover_ns - interval.begin_ns) / NANO,
+            config.num_rollouts,
+            self.planner.free_steps(handover_s),
+            charge_s,
+        )

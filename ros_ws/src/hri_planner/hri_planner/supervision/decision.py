@@ -85,12 +85,14 @@ class Interval:
         handover_ns: When it ends and its plan takes effect [ns].
         number: Motion that the plan is for; the newest one while its goal is held.
         start: Goal of a motion that begins with this plan; none when it is under way.
+        ahead: Whether this is the time that a planner which plans once has before the robot sets off.
     """
 
     begin_ns: int
     handover_ns: int
     number: int
     start: Goal | None = None
+    ahead: bool = False
 
 
 @dataclass(frozen=True)

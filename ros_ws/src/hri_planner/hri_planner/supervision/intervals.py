@@ -38,7 +38,7 @@ class Intervals:
 
     def resume(self, now_ns: int) -> None:
         """Go on after a pause: no replan was due in it, so the first one is not late."""
-        self._last_plan_ns = now_ns
+        self._last_plan_ns = max(self._last_plan_ns, now_ns)
         self._next_ns = max(self._next_ns, now_ns)
 
     def postpone(self, until_ns: int) -> None:
@@ -82,7 +82,7 @@ class Intervals:
         self._next_ns = handover_ns
 
     def started(self, handover_ns: int) -> None:
-        """A motion begins at that hand-over, from which on plans are due."""
+        """A motion sets off at that hand-over, from which on plans are due."""
         self._last_plan_ns = handover_ns
 
     def is_late(self, now_ns: int, handover_ns: int, due_ns: int | None) -> bool:

@@ -5,7 +5,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from hri_planner.supervision.decision import Ending, Goal, Outcome, Seen
+from hri_planner.supervision.decision import (
+    Ending,
+    Goal,
+    Interval,
+    Outcome,
+    Report,
+    Seen,
+    Stage,
+)
 from hri_planner.supervision.freshness import NANO
 from hri_planner.supervision.rules import Rules
 
@@ -46,6 +54,23 @@ class Motion:
     lost_since_ns: int | None = None
     over_since_ns: int | None = None
     costs: dict[str, float] = field(default_factory=dict)
+
+    def plans_ahead(self, rules: Rules) -> bool:
+        """Whether the next replan is the one that a planner which plans once makes before it sets off."""
+        return rules.plans_once and self.goal is not None and self.replans == 0
+
+    def next_interval(self, begin_ns: int, rules: Rules) -> Interval:
+        """Its next replan, if that begins now [ns]."""
+        length_ns, ahead = rules.interval_ns, self.plans_ahead(rules)
+        if ahead and self.goal is not None:
+            length_ns = max(length_ns, round(self.goal.duration_s * NANO))
+        start = None if self.started else self.goal
+        return Interval(begin_ns, begin_ns + length_ns, self.number, start, ahead)
+
+    def report(self, stage: Stage, reason: str, scale: float) -> Report:
+        """What the status says of it."""
+        target = None if self.goal is None else self.goal.target
+        return Report(stage, reason, scale, self.number, self.replans, self.misses, target)
 
     def verdict(self, seen: Seen, rules: Rules, reason: str) -> tuple[Outcome, str] | None:
         """Whether and how the motion ends by itself: reached, held up, or out of time.
@@ -89,6 +114,12 @@ class Motion:
             costs=dict(self.costs),
             target=None if self.goal is None else self.goal.target,
         )
+
+
+def planning(failure: str) -> str:
+    """What is said of a robot that has not set off, and of why the last try failed, if one did."""
+    last = f"; the last try failed: {failure}" if failure else ""
+    return f"planning: this planner plans once, before it sets off{last}"
 
 
 def held_up(distance: float, knows_table: bool) -> str:

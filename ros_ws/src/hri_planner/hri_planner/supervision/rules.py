@@ -18,6 +18,8 @@ class Rules:
         goal_tolerance: Distance of the tool at which the goal counts as reached [m].
         rest_speed: Joint speed below which the robot counts as at rest [rad/s].
         heartbeat: Whether the speed scale is ours; else only a dropped trajectory stops the robot.
+        plans_once: Whether the planner plans once, and before the robot sets off has as long for it as
+            others have during the motion.
         knows_table: Whether the planner was given a table.
     """
 
@@ -29,4 +31,5 @@ class Rules:
     goal_tolerance: float
     rest_speed: float
     heartbeat: bool
+    plans_once: bool
     knows_table: bool

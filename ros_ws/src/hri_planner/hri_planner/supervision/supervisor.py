@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from hri_planner.supervision.beat import Beat
 from hri_planner.supervision.decision import (
     Decision,
     Goal,
@@ -16,7 +17,7 @@ from hri_planner.supervision.decision import (
 )
 from hri_planner.supervision.freshness import NANO, Limits, joints_problem, problem
 from hri_planner.supervision.intervals import Intervals
-from hri_planner.supervision.motion import Motion
+from hri_planner.supervision.motion import Motion, planning
 from hri_planner.supervision.rules import Rules
 from hri_planner.supervision.stop import SETTLE_NS, Stop
 
@@ -54,7 +55,8 @@ class Supervisor:
         self._count = 0
         self._stop = Stop()
         self._last_ns = 0
-        self._next_heartbeat_ns = self._next_feedback_ns = self._next_pause_ns = 0
+        self._heartbeat, self._feedback = Beat(HEARTBEAT_NS), Beat(FEEDBACK_NS)
+        self._standing = Beat(FEEDBACK_NS)  # why the robot does not move
 
     @property
     def active(self) -> bool:
@@ -112,7 +114,8 @@ class Supervisor:
         self._halt(orders)
         self._stop.over()
         self.intervals.restart(now_ns)
-        self._next_heartbeat_ns = self._next_feedback_ns = self._next_pause_ns = now_ns
+        for beat in (self._heartbeat, self._feedback, self._standing):
+            beat.at_once(now_ns)
         if self.motion is not None:
             self._end(self.motion, Outcome.FAILED, text, now_ns, orders)
         elif held:
@@ -122,17 +125,11 @@ class Supervisor:
 
     def heartbeat_due(self, now_ns: int) -> bool:
         """Whether the speed scale is to be said now."""
-        due = now_ns >= self._next_heartbeat_ns
-        if due:
-            self._next_heartbeat_ns = now_ns + HEARTBEAT_NS
-        return due and self._rules.heartbeat
+        return self._heartbeat.due(now_ns) and self._rules.heartbeat
 
     def feedback_due(self, now_ns: int) -> bool:
         """Whether the present motion's feedback is to be said now."""
-        due = self.motion is not None and now_ns >= self._next_feedback_ns
-        if due:
-            self._next_feedback_ns = now_ns + FEEDBACK_NS
-        return due
+        return self.motion is not None and self._feedback.due(now_ns)
 
     def tick(self, seen: Seen) -> Decision:
         """What is to be done now."""
@@ -175,6 +172,11 @@ class Supervisor:
         self.reason = plan.reason
         return self._report(motion)
 
+    def out_of_time(self, number: int) -> None:
+        """There was no time for the replan of an interval."""
+        if self._concerns_us(number):
+            self._missed(self.motion)
+
     def failed(self, number: int, text: str) -> Decision:
         """A replan for a motion failed."""
         if not self._concerns_us(number):
@@ -214,6 +216,8 @@ class Supervisor:
                 motion.min_separation = min(motion.min_separation, seen.separation)
                 if self._has_ended(seen, motion, orders):
                     return
+                if motion.started and motion.plans_ahead(self._rules):
+                    self._say_planning(now_ns, motion, orders)
         if not seen.busy and self.intervals.is_due(now_ns):
             orders.interval = self._next_interval(seen, self.motion, orders)
 
@@ -222,11 +226,19 @@ class Supervisor:
         self._stop.over()
         if self.scale == 0.0:
             self.reason = ""
-            self._next_heartbeat_ns = now_ns
+            self._heartbeat.at_once(now_ns)
             self.intervals.resume(now_ns)
             if motion is not None:
                 motion.lost_since_ns = None
         self.scale = 1.0
+
+    def _say_planning(self, now_ns: int, motion: Motion, orders: Orders) -> None:
+        """The robot stays where it is until what is planned once is there."""
+        if self.stage != Stage.WAITING:
+            self._standing.at_once(now_ns)
+        if self._standing.due(now_ns):
+            self.stage, self.reason = Stage.WAITING, planning(self.intervals.failure)
+            orders.reports.append(self._report(motion))
 
     def _pause(self, seen: Seen, motion: Motion | None, why: str, orders: Orders) -> None:
         """Bring the robot to rest on its path until the cause is gone."""
@@ -234,13 +246,12 @@ class Supervisor:
         if self.scale != 0.0 or self.stage != Stage.STOPPING:
             self.scale = 0.0
             # At once, not with the next beat: every millisecond of the stop counts.
-            self._next_heartbeat_ns = now_ns
+            self._heartbeat.at_once(now_ns)
             self.stage, self.reason = Stage.STOPPING, why
             orders.faults.append(("paused", why))
-            self._next_pause_ns = now_ns
-        if now_ns >= self._next_pause_ns:
+            self._standing.at_once(now_ns)
+        if self._standing.due(now_ns):
             # Again and again: the cause may change while the robot stands.
-            self._next_pause_ns = now_ns + FEEDBACK_NS
             self.reason = why
             orders.reports.append(self._report(motion))
         heartbeat = self._rules.heartbeat
@@ -297,23 +308,28 @@ class Supervisor:
         begin_ns, missed = self.intervals.next(seen.now_ns)
         if missed and self.scale != 0.0 and (motion is None or motion.started):
             self._missed(motion, missed)
-        handover_ns = begin_ns + self._rules.interval_ns
-        if motion is None or motion.started:
-            self.intervals.begun(handover_ns)
-            number = self._count if motion is None else motion.number
-            return Interval(begin_ns, handover_ns, number)
-        if not self._may_begin(seen, motion, orders):
-            return None
-        return Interval(begin_ns, handover_ns, motion.number, motion.goal)
+        if motion is None:
+            interval = Interval(begin_ns, begin_ns + self._rules.interval_ns, self._count)
+        else:
+            interval = motion.next_interval(begin_ns, self._rules)
+            if not motion.started:
+                return interval if self._may_begin(seen, motion, orders) else None
+            if interval.ahead:
+                self.intervals.started(interval.handover_ns)
+        self.intervals.begun(interval.handover_ns)
+        return interval
 
     def _may_begin(self, seen: Seen, motion: Motion, orders: Orders) -> bool:
-        """Whether the robot stands or is on a plan of ours.
+        """Whether the robot stands or, if the planner will go on from there, is on a plan of ours.
 
         Otherwise it is coming to rest after a stop, and nobody knows where it will be at the
         hand-over; what somebody else made it do is stopped.
         """
         controller = seen.heard.controller
-        if controller is None or not controller.active or seen.on_plan:
+        if controller is None or not controller.active:
+            return True
+        # Nobody looks after a plan during all the time that another one is made ahead.
+        if seen.on_plan and not (self._rules.plans_once and seen.speed >= self._rules.rest_speed):
             return True
         if seen.now_ns - motion.accepted_ns > SETTLE_NS:
             self._halt(orders)
@@ -341,13 +357,4 @@ class Supervisor:
     def _report(self, motion: Motion | None) -> Report:
         if motion is None:
             return Report(self.stage, self.reason, self.scale, self._count)
-        target = None if motion.goal is None else motion.goal.target
-        return Report(
-            self.stage,
-            self.reason,
-            self.scale,
-            motion.number,
-            motion.replans,
-            motion.misses,
-            target,
-        )
+        return motion.report(self.stage, self.reason, self.scale)

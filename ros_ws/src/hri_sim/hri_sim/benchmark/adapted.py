@@ -6,6 +6,7 @@ from hri_planner.adaptation.best_fixed import BestFixed
 from hri_planner.adaptation.grid import with_cell
 from hri_planner.adaptation.model_file import shipped_model
 from hri_planner.ptomp import PtompConfig
+from hri_planner.ptomp.budget import ADAPTATION_S
 from hri_prediction.prediction import TaskLibrary
 from hri_sim.benchmark.conditions import Condition
 from hri_sim.benchmark.first_look import start_situation
@@ -37,10 +38,6 @@ ADAPTED = (
     ),
 )
 """Name, text, and the model that ships with the planner."""
-
-ADAPTATION_S = 4e-3
-"""Charged once, besides the start: the situation is looked at, a model asked, a planner of the size that
-it chooses made, which takes over the motion that was started [s, on the reference machine]."""
 
 
 def adapted_config(

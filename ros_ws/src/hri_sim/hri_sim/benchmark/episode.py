@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from hri_planner.ptomp import HumanForecast, PtompPlanner, ReplanResult, TableBox
-from hri_planner.ptomp.budget import VirtualTimeBudget
+from hri_planner.ptomp.budget import START_S, VirtualTimeBudget, replan_charge
 from hri_planner.ptomp.config import LOOK_S
 from hri_planner.robot import load_robot
 from hri_prediction.errors import PlanningError
@@ -32,26 +32,6 @@ from hri_sim.benchmark.watching import Watch
 
 SLOWDOWNS = (1, 8, 64, 512)
 """Values of F: how many times slower than the reference a machine is."""
-# What a replan costs besides its iterations, on the reference machine: rounded from measurements of
-# November 2026 (tenth percentiles of 600 replans on a shared core, where an iteration with NT = 30 and
-# TS = 42 took 0.4 to 0.5 ms; the cost model says 0.42) and frozen like it. A benchmark of next year is to
-# be comparable, though the code may have become faster. `GATHER_S` is the price when the plan meets the
-# person, charged always; it is a tenth of that when it does not.
-PREDICTION_S = 0.5e-3
-"""Charged at each replan for the samples of an interval and one forecast [s]."""
-GATHER_S = 2.5e-3
-"""Charged at each replan for other motions compared (slower, stopped, around, back), if any are [s]."""
-POSTURE_S = 0.045e-3
-"""Charged at each replan for each final posture that is looked for [s]."""
-START_S = 5e-3
-"""Charged once, for the first final posture and the motion to it, with which the robot sets off [s]."""
-
-
-def replan_charge(setup: PlannerSetup) -> float:
-    """What a replan of a planner costs besides iterations, on the reference machine [s]."""
-    config = setup.config
-    gathers = config.time_scaling or config.ways_around
-    return PREDICTION_S + gathers * GATHER_S + POSTURE_S * config.posture_candidates
 
 
 def run_episode(
@@ -117,7 +97,7 @@ def watch_episode(
     planner = PtompPlanner(robot, config, np.random.default_rng(noise), table)
     duration = scenario.reaches[0].duration
     interval_s = duration / config.num_timesteps
-    budget, fixed_s = VirtualTimeBudget(slowdown), replan_charge(setup)
+    budget, fixed_s = VirtualTimeBudget(slowdown), replan_charge(setup.config)
     q, rest, goal = np.array(scenario.robot_start), np.zeros(7), np.array(condition.robot_goal)
     run = Run(condition, person, standing(q), execution)
     replans, failures, iterations, cycle, last = 0, 0, 0, 0, -1

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from hri_planner.ptomp.budget import GATHER_S, POSTURE_S, PREDICTION_S, START_S
 from hri_prediction.errors import ConfigError
 from hri_prediction.results.origin import origin_line, results_origin
 from hri_sim.benchmark.conditions import TASKS, task_conditions
-from hri_sim.benchmark.episode import GATHER_S, POSTURE_S, PREDICTION_S, START_S
 from hri_sim.benchmark.learning import task_library
 from hri_sim.benchmark.realtime import COMPUTE_SHARE, READY_S, Times, measure_condition
 from hri_sim.benchmark.report import markdown_table, share_text
@@ -98,7 +98,7 @@ def figures(times: Times) -> dict[str, Any]:
         "replans": replans,
         "missed_share": times.missed / replans,
         "failures": times.failures,
-        "iterations_a_replan": len(times.iteration) / replans,
+        "iterations_a_replan": times.iterations / replans,
         "replan_ms": percentiles(times.replan, (50, 99, 100)),
         "iteration_ms": percentiles(times.iteration, (50, 99)),
         "ok": sum(times.ok) / len(times.ok),
