@@ -3,18 +3,18 @@
 import json
 import time
 
+import numpy as np
 import pytest
 
 from hri_planner.nodes.ptomp_config import TRANSPORT_NS, PtompNodeConfig
 from hri_planner.nodes.ptomp_node import TICK_S
 from hri_planner.ptomp import PtompPlanner
-from hri_planner.ptomp.optimizer import Optimizer
 from hri_prediction.errors import ConfigError
 from hri_sim.benchmark import command, realtime
 from hri_sim.benchmark.conditions import task_conditions
 from hri_sim.benchmark.learning import task_library
 from hri_sim.benchmark.planners import PLANNERS
-from hri_sim.benchmark.realtime import Times, measure_condition, timed_iterations
+from hri_sim.benchmark.realtime import Times, measure_condition
 from hri_sim.benchmark.realtime_report import REALTIME_TASKS, figures, percentiles
 
 PARTS = {"prediction", "gathering", "posture", "start", "iteration"}
@@ -58,24 +58,19 @@ def test_replans_are_given_the_deadline_and_dropped_when_late(condition, library
 
 
 def test_each_iteration_is_timed(condition, library):
-    plain = Optimizer.run
     times = Times()
     measure_condition(condition, PLANNERS["ptomp_staying"], library, times, seed=0)
-    assert Optimizer.run is plain
     assert len(times.iteration) == len(times.iteration_charge) > 50
     assert min(times.iteration) > 1e-6
-    assert sum(times.iteration) < sum(times.replan)
+    assert times.iterations > len(times.replan)
+    assert np.median(times.iteration) < np.median(times.replan)
     assert times.ok == [True]
     assert len(times.prediction) == len(times.replan) == len(times.gather)
     assert 0 < len(times.gather_met) < len(times.gather)
     assert len(times.start) == 3  # the planner's and of those that tell the prices
 
 
-def test_time_is_only_taken_while_asked_for():
-    times = []
-    with timed_iterations(times):
-        pass
-    assert times == []
+def test_percentiles_are_in_milliseconds():
     assert percentiles([], (50,)) is None
     assert percentiles([0.001, 0.003], (50, 100)) == pytest.approx({"p50": 2.0, "p100": 3.0})
 

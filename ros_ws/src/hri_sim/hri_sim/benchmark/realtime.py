@@ -8,24 +8,21 @@ Figures differ from run to run; nothing else may run on the machine while they a
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
-from unittest.mock import patch
 
 import numpy as np
 
 from hri_planner.ptomp import HumanForecast, PtompPlanner, ReplanResult, TableBox
 from hri_planner.ptomp.budget import BASE_S, EXTRA_POINTS, PER_POINT_S
-from hri_planner.ptomp.optimizer import Optimizer
 from hri_planner.robot import load_robot
 from hri_prediction.errors import ConfigError, PlanningError
 from hri_prediction.prediction import TaskLibrary
 from hri_prediction.tracks.track import ArmSample
 from hri_sim.benchmark.conditions import Condition
 from hri_sim.benchmark.execution import PAPER, Run
+from hri_sim.benchmark.iteration_times import IterationTimer
 from hri_sim.benchmark.joints import standing
 from hri_sim.benchmark.observers import OBSERVERS, Observer
 from hri_sim.benchmark.planners import PlannerSetup
@@ -49,7 +46,8 @@ class Times:
         replan: Whole replans, under the deadline.
         missed: How many of them were late.
         failures: How many gave no plan.
-        iteration: Optimisation steps.
+        iterations: How many optimisation steps replans took in all.
+        iteration: Optimisation steps, timed on the same plans beside the replans.
         iteration_charge: What the cost model of virtual time charges for each.
         prediction: The samples of an interval and one forecast.
         gather: Replans without iterations and other final postures.
@@ -63,6 +61,7 @@ class Times:
     replan: list[float] = field(default_factory=list)
     missed: int = 0
     failures: int = 0
+    iterations: int = 0
     iteration: list[float] = field(default_factory=list)
     iteration_charge: list[float] = field(default_factory=list)
     prediction: list[float] = field(default_factory=list)
@@ -92,28 +91,6 @@ class _TimedObserver:
         self._times.append(self._spent_s + time.perf_counter() - begin)
         self._spent_s = 0.0
         return forecast
-
-
-@contextmanager
-def timed_iterations(times: list[float]) -> Iterator[None]:
-    """While it is open, each optimisation step of this process adds its time [s]."""
-    plain = Optimizer.run
-
-    def run(self: Optimizer, *given: Any, deadline: Callable[[], bool] | None, **named: Any) -> Any:
-        stamps = []
-
-        def polled() -> bool:
-            # Asked before each step, and once more by what ends the search.
-            stamps.append(time.perf_counter())
-            return deadline is not None and deadline()
-
-        result = plain(self, *given, deadline=polled, **named)
-        stamps.append(time.perf_counter())
-        times.extend(np.diff(stamps)[: result.iterations].tolist())
-        return result
-
-    with patch.object(Optimizer, "run", run):
-        yield
 
 
 class _Prices:
@@ -195,7 +172,7 @@ def measure_condition(
         )
     assert setup.observer is not None
     robot, scenario, person = load_robot(), condition.scenario, variation.person_in(condition)
-    rngs = np.random.default_rng([seed, scenario.seed]).spawn(4)
+    rngs = np.random.default_rng([seed, scenario.seed]).spawn(5)
     observer = _TimedObserver(OBSERVERS[setup.observer](person, library), times.prediction)
     watch = Watch(person, observer, rngs.pop())
     table, config = TableBox(scenario.table.center, scenario.table.size), setup.config
@@ -215,6 +192,7 @@ def measure_condition(
     planner = make(config.posture_candidates)
     start(planner)
     prices = _Prices(make, config.posture_candidates, start, times)
+    timer = IterationTimer(planner, goal, rngs.pop())
     run = Run(condition, person, standing(q), execution)
     assert planner.plan is not None
     run.plan = planner.plan
@@ -231,23 +209,22 @@ def measure_condition(
             or result.cost_terms["collision"] + result.cost_terms["contact"] > MET
         )
         prices.note(planner, handover_s, known, met)
-        left_s = max(planner.plan.end_s - handover_s, 0.0)
-        before, steps = planner.snapshot(), len(times.iteration)
+        taken = timer.times(handover_s, known)
+        times.iteration += taken
+        before, steps = planner.snapshot(), planner.free_steps(handover_s)
         begin = time.perf_counter()
         is_over = partial(_passed, begin + COMPUTE_SHARE * interval_s)
         replans += 1
         try:
-            with timed_iterations(times.iteration):
-                result = planner.replan(handover_s, known, deadline=is_over)
+            result = planner.replan(handover_s, known, deadline=is_over)
+            times.iterations += result.iterations
         except PlanningError:
             result = None
             failures += 1
         spent_s = time.perf_counter() - begin
         times.replan.append(spent_s)
-        charge_s = BASE_S + PER_POINT_S * config.num_rollouts * (
-            round(left_s / interval_s) + EXTRA_POINTS
-        )
-        times.iteration_charge += [charge_s] * (len(times.iteration) - steps)
+        charge_s = BASE_S + PER_POINT_S * config.num_rollouts * (steps + EXTRA_POINTS)
+        times.iteration_charge += [charge_s] * len(taken)
         late = spent_s > interval_s - READY_S
         times.missed += late
         if result is None or late:
