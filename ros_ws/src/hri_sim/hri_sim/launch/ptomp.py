@@ -15,6 +15,9 @@ from hri_sim.launch.command import conduct
 from hri_sim.launch.run import RunOptions
 
 PLANNERS = live_names()
+PEERS = ("ptomp", "itomp", "stomp")
+"""Those that the help says more of than their names."""
+OTHERS = tuple(name for name in PLANNERS if name not in PEERS)
 HUMANS = ("simulated", "replay")
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
@@ -42,7 +45,8 @@ def launch(
         str,
         typer.Option(
             help="Motion planner: ptomp, its peers itomp (told that a reach goes on at constant velocity) "
-            "and stomp (plans once), or another of " + ", ".join(PLANNERS[3:]) + "."
+            "and stomp (plans once, for as long as the motion is to take, before the robot sets off), or "
+            "another of " + ", ".join(OTHERS) + "."
         ),
     ] = "ptomp",
     human: Annotated[
