@@ -29,7 +29,7 @@ START_S = 5e-3
 
 ADAPTATION_S = 4e-3
 """Charged once, besides the start, where a model chooses time steps and roll-outs: the situation is looked
-at, the model asked, a planner of the size that it chooses made and started [s]."""
+at, the model asked, a planner of that size made, which takes over the motion that was started [s]."""
 
 
 def replan_charge(config: PtompConfig) -> float:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from hri_planner.ptomp.budget import VirtualTimeBudget
+from hri_planner.ptomp.budget import START_S, VirtualTimeBudget, replan_charge
 from hri_planner.robot import load_robot
 from hri_prediction.arm.geometry import ArmRadii
 from hri_sim.benchmark.conditions import Condition
-from hri_sim.benchmark.episode import START_S, replan_charge
 from hri_sim.benchmark.planners import PlannerSetup
 from hri_sim.scenario.conditions import ROBOT_DURATION_S
 from hri_sim.scenario.examination import clearance_series, robot_part
@@ -26,7 +25,7 @@ def start_delay(setup: PlannerSetup, slowdown: float) -> float:
     config, budget = setup.config, VirtualTimeBudget(slowdown)
     interval_s = ROBOT_DURATION_S / config.num_timesteps
     given_s = interval_s if config.interleaved else ROBOT_DURATION_S
-    charge_s = replan_charge(setup) + START_S
+    charge_s = replan_charge(setup.config) + START_S
     intervals = 0
     while budget.grant(given_s, config.num_rollouts, config.num_timesteps, charge_s) is None:
         intervals += 1
