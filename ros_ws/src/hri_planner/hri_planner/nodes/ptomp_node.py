@@ -9,7 +9,6 @@ is decided in :mod:`hri_planner.supervision`: here messages become facts, and de
 from __future__ import annotations
 
 import sys
-from collections import deque
 from dataclasses import replace
 from typing import Any
 
@@ -18,13 +17,11 @@ from rclpy.action import CancelResponse, GoalResponse
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 from trajectory_msgs.msg import JointTrajectory
-from visualization_msgs.msg import MarkerArray
 
 from hri_planner.nodes.ptomp_config import PtompNodeConfig
 from hri_planner.nodes.replanning import Cycle, Failed, Replanning
+from hri_planner.nodes.reporting import Reporting
 from hri_planner.ptomp.config import PtompConfig
-from hri_planner.ptomp.result import ReplanResult
-from hri_planner.ptomp.situation import situation
 from hri_planner.ptomp.variants import find_variant
 from hri_planner.robot.model import load_robot
 from hri_planner.ros.action import TickedActionServer
@@ -32,12 +29,8 @@ from hri_planner.ros.bodies import Bodies
 from hri_planner.ros.conversions import joints_from_message, trajectory_message
 from hri_planner.ros.goals import target_of
 from hri_planner.ros.inputs import NOBODY, Inputs
-from hri_planner.ros.markers import plan_markers
 from hri_planner.ros.status import (
-    describe_plan,
-    percentile_figures,
     result_message,
-    status_message,
 )
 from hri_planner.supervision.decision import (
     Decision,
@@ -46,7 +39,6 @@ from hri_planner.supervision.decision import (
     Interval,
     Outcome,
     ReadyPlan,
-    Report,
     Seen,
     Verdict,
 )
@@ -54,14 +46,13 @@ from hri_planner.supervision.freshness import problem
 from hri_planner.supervision.supervisor import Supervisor
 from hri_planner.warm import warm_kernels
 from hri_prediction.errors import DataError, PlanningError
-from hri_prediction.ros.messages import ControllerState, IdsList, PlannerStatus, ReachTarget
+from hri_prediction.ros.messages import ControllerState, IdsList, ReachTarget
 from hri_prediction.ros.node import OK, WARN, HriNode, run_node
 from hri_prediction.ros.parameters import declare_config
 from hri_prediction.ros.qos import LATCHED, SENSOR, reliable
-from hri_prediction.ros.time import NANO, to_ns
+from hri_prediction.ros.time import to_ns
 
 TICK_S = 0.004
-MARKERS_NS = 100_000_000
 
 
 class PtompNode(HriNode):
@@ -91,17 +82,13 @@ class PtompNode(HriNode):
         self._handover = self.replanning.handover
         self._handles: dict[int, Any] = {}
         self._last: Cycle | None = None
-        self._next_markers_ns = 0
-        self._compute_ms: deque[float] = deque(maxlen=1000)
-        self._late_ms: deque[float] = deque(maxlen=1000)
         warm_kernels()
 
         self._trajectory = self.announce(
             JointTrajectory, "joint_trajectory_controller/joint_trajectory", reliable(1)
         )
         self._speed_scale = self.announce(Float64, "separation/speed_scale", reliable(1))
-        self._status = self.announce(PlannerStatus, "ptomp/status", reliable(10))
-        self._markers = self.announce(MarkerArray, "ptomp/markers", reliable(1))
+        self._reporting = Reporting(self, self._robot, self._inputs, config.default_duration)
         self.listen(JointState, "joint_states", self._on_joints, SENSOR)
         self.listen(
             ControllerState, "joint_trajectory_controller/reference", self._on_reference, SENSOR
@@ -163,7 +150,7 @@ class PtompNode(HriNode):
         supervisor = self._supervisor
         if supervisor.clock_went_back(now_ns):
             self._inputs.forget()
-            self._next_markers_ns = now_ns
+            self._reporting.restart(now_ns)
             self._carry_out(now_ns, supervisor.restart(now_ns))
         self._collect(now_ns)
         if supervisor.active:
@@ -174,7 +161,7 @@ class PtompNode(HriNode):
         if motion is not None and motion.goal is not None and supervisor.feedback_due(now_ns):
             self._handles[motion.number].publish_feedback(
                 ReachTarget.Feedback(
-                    distance_to_goal=self._distance(motion.goal.target),
+                    distance_to_goal=self._reporting.distance(motion.goal.target),
                     min_separation=min(motion.min_separation, NOBODY),
                     stage=supervisor.stage.name.lower(),
                 )
@@ -194,13 +181,10 @@ class PtompNode(HriNode):
         time_s = self._handover.plan_time_s(now_ns)
         return replace(
             seen,
-            distance=self._distance(motion.goal.target),
+            distance=self._reporting.distance(motion.goal.target),
             plan_over=last is not None and last.is_over_for(motion.number, time_s),
             on_plan=not motion.started and self._handover.follows_a_plan,
         )
-
-    def _distance(self, target: np.ndarray) -> float:
-        return float(np.linalg.norm(self._robot.frames(self._inputs.q)[3] - target))
 
     def _carry_out(self, now_ns: int, decision: Decision) -> None:
         for kind, text in decision.faults:
@@ -213,13 +197,14 @@ class PtompNode(HriNode):
         for ending in decision.endings:
             self._end(ending)
         for report in decision.reports:
-            self._status.publish(self._status_of(now_ns, report))
+            self._reporting.say(now_ns, report, self._duration_s())
         if decision.interval is not None:
             self._begin(now_ns, decision.interval)
 
     def _end(self, ending: Ending) -> None:
         handle = self._handles.pop(ending.number)
-        error = 0.0 if ending.target is None else self._distance(ending.target)
+        self.replanning.abandon(ending.number)
+        error = 0.0 if ending.target is None else self._reporting.distance(ending.target)
         if ending.outcome == Outcome.REACHED:
             handle.succeed()
         elif ending.outcome == Outcome.CANCELLED and handle.is_cancel_requested:
@@ -258,19 +243,11 @@ class PtompNode(HriNode):
             self._carry_out(now_ns, self._supervisor.failed(made.number, made.text))
             return
         result, handover_ns = made.result, made.interval.handover_ns
-        plan = ReadyPlan(
-            made.interval.number,
-            handover_ns,
-            self._handover.due_ns(handover_ns, made.joint, result.plan.q[0]),
-            waits=result.stage == "waiting",
-            reason=result.reason,
-            costs=result.cost_terms,
-        )
+        plan = made.ready(self._handover.due_ns(handover_ns, made.joint, result.plan.q[0]))
         verdict = self._supervisor.judge(plan, now_ns)
         if verdict == Verdict.FORGET:
             return
-        self._compute_ms.append(made.compute_s * 1e3)
-        self._late_ms.append((now_ns - handover_ns) / 1e6)
+        self._reporting.made(made, now_ns)
         if verdict == Verdict.DROP or plan.due_ns is None:
             self.replanning.planner.restore(made.before)
             return
@@ -282,42 +259,18 @@ class PtompNode(HriNode):
         self._handover.sent(due_ns, cycle.before, cycle.result)
         self._trajectory.publish(trajectory_message(joints, self._robot.joint_names, due_ns))
         report = self._supervisor.published(plan, now_ns)
-        status = self._status_of(now_ns, report, cycle.result, (due_ns - now_ns) / NANO)
-        describe_plan(
-            status,
-            cycle.result,
-            due_ns=due_ns,
-            due_s=self._handover.plan_time_s(plan.handover_ns),
-            newest_sample_ns=cycle.newest_sample_ns,
-        )
-        self._status.publish(status)
-        if now_ns >= self._next_markers_ns:
-            self._next_markers_ns = now_ns + MARKERS_NS
-            self._markers.publish(plan_markers(joints, self._robot, now_ns))
-
-    def _status_of(
-        self,
-        now_ns: int,
-        report: Report,
-        result: ReplanResult | None = None,
-        start_in_s: float = 0.0,
-    ) -> PlannerStatus:
-        inputs, motion = self._inputs, self._supervisor.motion
-        goal = None if motion is None else motion.goal
-        return status_message(
+        self._reporting.say_plan(
             now_ns,
             report,
-            situation=situation(
-                inputs.uncertainties,
-                inputs.errors,
-                inputs.separation(self._robot),
-                self._config.default_duration if goal is None else goal.duration_s,
-                result,
-                start_in_s,
-            ),
-            distance=0.0 if report.target is None else self._distance(report.target),
-            reference=inputs.reference,
+            self._duration_s(),
+            cycle,
+            due_ns=due_ns,
+            due_s=self._handover.plan_time_s(plan.handover_ns),
         )
+
+    def _duration_s(self) -> float | None:
+        motion = self._supervisor.motion
+        return None if motion is None or motion.goal is None else motion.goal.duration_s
 
     def health(self) -> tuple[bytes, str, dict[str, Any]]:
         """Timing of the replans, misses, what is wrong with the inputs."""
@@ -330,11 +283,8 @@ class PtompNode(HriNode):
             "failed_replans": intervals.failures,
             "plans_off_path": self._handover.off_path,
             "plans_not_followed": self._handover.not_followed,
+            **self._reporting.figures(),
         }
-        figures |= percentile_figures("compute_ms", self._compute_ms)
-        figures |= percentile_figures("lateness_ms", self._late_ms)
-        if self._last is not None:
-            figures["iterations"] = self._last.result.iterations
         trouble = problem(self._inputs.heard(), self._limits, self.now_ns())
         if trouble:
             return WARN, trouble, figures

@@ -21,7 +21,7 @@ from hri_planner.robot.model import RobotModel
 from hri_planner.ros.handover import Handover, Joint
 from hri_planner.ros.inputs import Inputs
 from hri_planner.ros.worker import Worker
-from hri_planner.supervision.decision import Goal, Interval
+from hri_planner.supervision.decision import Goal, Interval, ReadyPlan
 from hri_prediction.errors import DataError, PlanningError
 from hri_prediction.ros.time import NANO, seconds_to_ns
 
@@ -47,6 +47,17 @@ class Cycle:
     before: PlannerSnapshot
     result: ReplanResult
     compute_s: float
+
+    def ready(self, due_ns: int | None) -> ReadyPlan:
+        """The plan, when its first point is due [ns]; none: the robot will not be there."""
+        return ReadyPlan(
+            self.interval.number,
+            self.interval.handover_ns,
+            due_ns,
+            waits=self.result.stage == "waiting",
+            reason=self.result.reason,
+            costs=self.result.cost_terms,
+        )
 
     def is_over_for(self, number: int, plan_time_s: float) -> bool:
         """Whether it is the plan that has brought the tool to the goal of a motion by that time [s]."""
