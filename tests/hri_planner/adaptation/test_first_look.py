@@ -103,7 +103,7 @@ def test_a_final_posture_is_looked_for_once(started, monkeypatch):
         looked.append(arguments)
         return ik_candidates(*arguments, **options)
 
-    monkeypatch.setattr("hri_planner.ptomp.planner.ik_candidates", look_for)
+    monkeypatch.setattr("hri_planner.ptomp.first_motion.ik_candidates", look_for)
     robot, rng = load_robot(), np.random.default_rng(0)
     adaptation = OnlineAdaptation(Fixed(Cell(60, 60)), robot, CONFIG, rng, None)
     adaptation.start(
