@@ -7,7 +7,7 @@ import json
 import pytest
 
 from hri_prediction.errors import ConfigError
-from hri_sim.benchmark import run
+from hri_sim.benchmark import rows
 from hri_sim.reproduction import closer, command, pictures
 from hri_sim.reproduction.bars import BARS
 from hri_sim.reproduction.elsewhere import ELSEWHERE
@@ -43,7 +43,7 @@ def test_smoke_makes_everything_and_does_nothing_twice(tmp_path, monkeypatch, ca
     def refuse(*arguments, **options):
         raise AssertionError("done already")
 
-    monkeypatch.setattr(run, "do_all", refuse)
+    monkeypatch.setattr(rows, "do_all", refuse)
     monkeypatch.setattr(closer, "do_all", refuse)
     monkeypatch.setattr(pictures, "draw_all", lambda *arguments: content["pictures"])
     assert run_main(monkeypatch, *options) == 0

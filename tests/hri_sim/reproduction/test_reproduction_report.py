@@ -66,6 +66,8 @@ def test_missed_bars_are_looked_at_and_met_ones_are_not():
     assert f"`{ITOMP}` has 100.0 % itself: a lead can be at most +0.0 points, less than" in text
     assert f"| person must move | `{ITOMP}` |" in text
     assert "| ok | F = 1 | F = 64 |" in text
+    # Two bars against the same planner have the table by kind in common.
+    assert text.count(f"| ambiguous | `{ITOMP}` |") == len(found)
     assert missed.TRIED in text
     met = [{**bar, "met": True} for bar in judged]
     assert missed.lines(met, found) == ["No bar of the benchmark was missed.\n"]

@@ -45,7 +45,8 @@ def lines(bars: Sequence[Mapping[str, Any]], measured: Mapping[float, Measured])
     ]
     if not missed:
         return ["No bar of the benchmark was missed.\n"]
-    parts = []
+    parts: list[str] = []
+    shown: set[tuple[float, str | None]] = set()
     for bar in missed:
         value, wanted = bar_texts(bar)
         parts.append(f"### {bar['what']}: {value}, wanted {wanted}\n")
@@ -53,7 +54,10 @@ def lines(bars: Sequence[Mapping[str, Any]], measured: Mapping[float, Measured])
         results = measured[bar["slowdown"]].results["planners"]
         if bar["against"] is not None:
             parts.append(_room(bar, results))
-        parts += [_by_kind(names, results), _by_slowdown(bar["share"], names, measured)]
+        parts.append(_by_slowdown(bar["share"], names, measured))
+        if (bar["slowdown"], bar["against"]) not in shown:
+            shown.add((bar["slowdown"], bar["against"]))
+            parts += [f"By kind of condition, F = {bar['slowdown']:g}:\n", _by_kind(names, results)]
     return [*parts, TRIED]
 
 
