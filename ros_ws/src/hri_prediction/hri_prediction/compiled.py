@@ -24,6 +24,13 @@ UNUSED_S = 30 * 24 * 3600.0
 """A cache folder that no process has used for so long may go [s]."""
 
 
+def processor() -> str:
+    """The kind of processor that kernels are compiled for; another one may round otherwise."""
+    from numba.core.registry import cpu_target
+
+    return " ".join(cpu_target.target_context.codegen().magic_tuple()[:2])
+
+
 def source_hash() -> str:
     """Hash (16 hex digits) of the Python sources of all installed packages of this project."""
     digest = hashlib.sha256()

@@ -13,9 +13,8 @@ from collections.abc import Callable, Generator, Sequence
 from typing import Any, TypeVar
 
 import joblib
-from llvmlite.binding import get_host_cpu_name
 
-from hri_prediction.compiled import source_hash
+from hri_prediction.compiled import processor, source_hash
 from hri_prediction.errors import ConfigError
 
 Item = TypeVar("Item")
@@ -107,7 +106,7 @@ def versions() -> dict[str, str]:
 
 def _computed_with() -> dict[str, str]:
     """All that decides about the last bit of an outcome; called on workers."""
-    return {"sources": source_hash(), "processor": get_host_cpu_name(), **versions()}
+    return {"sources": source_hash(), "processor": processor(), **versions()}
 
 
 def _check_workers(client: Any, scheduler: str) -> None:
