@@ -36,7 +36,7 @@ class Planner:
         self.told: list[str] = []
 
     def snapshot(self) -> PlannerSnapshot:
-        return PlannerSnapshot(self.plan, "reaching", np.zeros(7), True, 0.0)
+        return PlannerSnapshot(self.plan, "reaching", np.zeros(7), True, 0.0, settled=False)
 
     def restore(self, snapshot: PlannerSnapshot) -> None:
         self.told.append("restore")

@@ -12,6 +12,7 @@ from hri_sim.benchmark.conditions import task_conditions
 from hri_sim.benchmark.episode import run_episode
 from hri_sim.benchmark.learning import task_library
 from hri_sim.benchmark.observers import OBSERVERS
+from hri_sim.benchmark.outcome import Outcome
 from hri_sim.benchmark.planners import NOMINAL, PLANNERS
 from hri_sim.benchmark.report import report
 from hri_sim.benchmark.rows import RowFile
@@ -119,8 +120,8 @@ def test_resuming_never_mixes_variations(tmp_path, monkeypatch):
     for other in (varied, executed, replace(SMALL, variation=Variation(latency_ms=8.0))):
         assert all(mark != ours[name] for name, mark in marks(other).items())
     run_benchmark(replace(SMALL, planners=()), tmp_path / "rows.jsonl")
-    file = RowFile(tmp_path / "rows.jsonl", marks(varied))
-    assert len(RowFile(tmp_path / "rows.jsonl", ours).read()) == 1
+    file = RowFile(tmp_path / "rows.jsonl", marks(varied), Outcome)
+    assert len(RowFile(tmp_path / "rows.jsonl", ours, Outcome).read()) == 1
     assert file.read() == {}
 
 
@@ -137,7 +138,8 @@ def test_results_say_what_differs(tmp_path, monkeypatch):
         results = json.loads((out / "results.json").read_text())
         texts.append(results["variation"])
         assert results["execution"] == "paper"
-        assert (texts[-1] in (out / "results.md").read_text()) == (name == "varied")
+        said = f"Otherwise than drawn and learnt: {texts[-1]}" in (out / "results.md").read_text()
+        assert said == (name == "varied")
         assert "Executed in MuJoCo" not in report(results)
     assert texts == [
         "none",
