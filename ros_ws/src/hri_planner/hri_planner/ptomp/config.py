@@ -32,7 +32,7 @@ class PtompConfig:
         30, "Noisy trajectories an iteration (NT); more search wider but cost time", low=5, high=200
     )
     iterations: int = parameter(
-        100,
+        40,
         "Optimisation steps of a replan unless a deadline or caller says less",
         low=0,
         high=5000,
