@@ -23,6 +23,7 @@ from hri_sim.adaptation.training import train
 from hri_sim.benchmark.adapted import TRAINED_AT
 from hri_sim.benchmark.conditions import CONDITIONS_A_TASK, TASKS
 from hri_sim.benchmark.episode import SLOWDOWNS
+from hri_sim.benchmark.options import Scheduler, Workers, resumable
 from hri_sim.benchmark.rows import Unit
 
 SEEDS = 5
@@ -132,13 +133,8 @@ def train_adaptation(
     ] = 5,
     seeds: Annotated[int, typer.Option(help="Number of seeds.", min=1)] = SEEDS,
     first_seed: Annotated[int, typer.Option(help="The first of them.", min=0)] = 0,
-    workers: Annotated[
-        int | None, typer.Option(help="Processes (default: one a core).", min=1, show_default=False)
-    ] = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(help="Address of a Dask scheduler that has the work done instead."),
-    ] = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
     smoke: Annotated[
         bool, typer.Option("--smoke", help="Three tasks, one seed, nine cells (half a minute).")
     ] = False,
@@ -168,11 +164,8 @@ def train_adaptation(
             tasks=SMOKE_TASKS,
             grid_step=5,
         )
-    try:
+    with resumable(console, out):
         results = run_design(design, out, workers or available_cores(), scheduler, console)
-    except KeyboardInterrupt:
-        console.print(f"stopped; the same command goes on from what is in {out}", highlight=False)
-        raise typer.Exit(130) from None
     for name, row in results["planners"].items():
         console.print(
             f"{name:10} ok {100 * row['ok']:.1f} % of {row['motions']}, mean TS "

@@ -19,6 +19,7 @@ from hri_prediction.results.origin import available_cores, origin_line, results_
 from hri_sim.benchmark.conditions import SPLITS, check_split
 from hri_sim.benchmark.episode import SLOWDOWNS
 from hri_sim.benchmark.execution import PAPER, check_execution
+from hri_sim.benchmark.options import Scheduler, Workers, resumable
 from hri_sim.benchmark.planners import DEFAULT_PLANNERS, ORACLE, PLANNERS, find_planners
 from hri_sim.benchmark.realtime_report import REALTIME_TASKS, measure_planners, realtime_report
 from hri_sim.benchmark.report import (
@@ -171,13 +172,8 @@ def benchmark_planners(
     split: Annotated[
         str, typer.Option(help=f"Tasks to run: {' or '.join(SPLITS)}. Never tune on test.")
     ] = "test",
-    workers: Annotated[
-        int | None, typer.Option(help="Processes (default: one a core).", min=1, show_default=False)
-    ] = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(help="Address of a Dask scheduler that has the work done instead."),
-    ] = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
     tracking_noise_mm: Annotated[
         float | None,
         typer.Option(help="Tracking noise, SD of a coordinate (drawn with 2).", show_default=False),
@@ -248,11 +244,8 @@ def benchmark_planners(
         show_real_time(figures, console)
         console.print(f"results: {out / 'realtime.json'}", highlight=False, soft_wrap=True)
         return
-    try:
+    with resumable(console, out):
         results = run_plan(plan, out, workers or available_cores(), scheduler, console)
-    except KeyboardInterrupt:
-        console.print(f"stopped; the same command goes on from what is in {out}", highlight=False)
-        raise typer.Exit(130) from None
     show(results, console)
     console.print(f"results: {out / 'results.json'}", highlight=False, soft_wrap=True)
 

@@ -9,9 +9,9 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
-from hri_prediction.errors import ConfigError
 from hri_prediction.results.origin import available_cores, origin_line, results_origin
 from hri_prediction.results.progress import ProgressLine
+from hri_sim.benchmark.options import Scheduler, Workers, make_folders, resumable
 from hri_sim.benchmark.run import run_benchmark
 from hri_sim.benchmark.summary import summarise
 from hri_sim.benchmark.tuning import CONDITIONS, GRIDS, SLOWDOWNS, Grid, plans, rows, table
@@ -71,13 +71,8 @@ def tune_planners(
         ),
     ] = None,
     seed: Annotated[int, typer.Option(help="Of noise.", min=0)] = 0,
-    workers: Annotated[
-        int | None, typer.Option(help="Processes (default: one a core).", min=1, show_default=False)
-    ] = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(help="Address of a Dask scheduler that has the work done instead."),
-    ] = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
     smoke: Annotated[
         bool, typer.Option("--smoke", help="Two cells and conditions a planner (half a minute).")
     ] = False,
@@ -89,28 +84,15 @@ def tune_planners(
     console = Console()
     rows_folder = rows_folder or (SMOKE_ROWS if smoke else ROWS)
     out = out or (rows_folder if smoke else RESULTS)
-    for name, folder in (("--rows", rows_folder), ("--out", out)):
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise ConfigError(
-                f"cannot make {name} {folder}: {error.strerror}",
-                hint=f"choose another with {name}",
-            ) from error
+    make_folders(rows=rows_folder, out=out)
     count = workers or available_cores()
-    try:
-        with ProgressLine(console) as progress:
-            found = {
-                grid.planner: _tune(
-                    grid, seed, smoke, rows_folder / "rows.jsonl", count, scheduler, progress
-                )
-                for grid in GRIDS
-            }
-    except KeyboardInterrupt:
-        console.print(
-            f"stopped; the same command goes on from what is in {rows_folder}", highlight=False
-        )
-        raise typer.Exit(130) from None
+    with resumable(console, rows_folder), ProgressLine(console) as progress:
+        found = {
+            grid.planner: _tune(
+                grid, seed, smoke, rows_folder / "rows.jsonl", count, scheduler, progress
+            )
+            for grid in GRIDS
+        }
     content = {"origin": results_origin(), "smoke": smoke, "seed": seed, "planners": found}
     (out / "tuning.json").write_text(json.dumps(content, indent=1, allow_nan=False) + "\n")
     (out / "tuning.md").write_text(_text(content))

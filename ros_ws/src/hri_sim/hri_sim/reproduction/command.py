@@ -9,9 +9,9 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
-from hri_prediction.errors import ConfigError
 from hri_prediction.results.origin import available_cores, results_origin
 from hri_prediction.results.progress import ProgressLine
+from hri_sim.benchmark.options import Scheduler, Workers, make_folders, resumable
 from hri_sim.benchmark.report import SHARE_HEADS, share_text
 from hri_sim.benchmark.run import Plan, run_benchmark
 from hri_sim.benchmark.summary import summarise
@@ -160,13 +160,8 @@ def reproduce_ptomp(
     ] = None,
     seeds: Annotated[int, typer.Option(help="Number of seeds.", min=1)] = SEEDS,
     first_seed: Annotated[int, typer.Option(help="The first of them.", min=0)] = 0,
-    workers: Annotated[
-        int | None, typer.Option(help="Processes (default: one a core).", min=1, show_default=False)
-    ] = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(help="Address of a Dask scheduler that has the work done instead."),
-    ] = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
     smoke: Annotated[
         bool, typer.Option("--smoke", help="One condition of two tasks, one seed (half a minute).")
     ] = False,
@@ -179,22 +174,11 @@ def reproduce_ptomp(
     console = Console()
     rows = rows or (SMOKE_ROWS if smoke else ROWS)
     out = out or (rows if smoke else RESULTS)
-    for name, folder in (("--rows", rows), ("--out", out)):
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise ConfigError(
-                f"cannot make {name} {folder}: {error.strerror}",
-                hint=f"choose another with {name}",
-            ) from error
+    make_folders(rows=rows, out=out)
     scope = Scope(tuple(range(first_seed, first_seed + (1 if smoke else seeds))), smoke)
-    try:
-        with ProgressLine(console) as progress:
-            laboratory = Laboratory(rows, workers or available_cores(), scheduler, progress)
-            content = reproduce(scope, out, laboratory)
-    except KeyboardInterrupt:
-        console.print(f"stopped; the same command goes on from what is in {rows}", highlight=False)
-        raise typer.Exit(130) from None
+    with resumable(console, rows), ProgressLine(console) as progress:
+        laboratory = Laboratory(rows, workers or available_cores(), scheduler, progress)
+        content = reproduce(scope, out, laboratory)
     show(content, console)
     console.print(f"table: {out / 'ptomp.md'}", highlight=False, soft_wrap=True)
 
