@@ -65,7 +65,7 @@ def test_figures_of_known_outcomes():
     assert results["shares"]["person_must_move"] == len(moving) / 4
     good = sum(number == 0 for _, number in moving)
     assert figures["person_must_move"]["ok"] == pytest.approx(good / len(moving))
-    assert set(figures["ci95"]) >= set(SHARES)
+    assert set(figures["ci95"]) >= set(SHARES) == set(figures["ci95_bootstrap"])
     json.dumps(results, allow_nan=False)
 
 

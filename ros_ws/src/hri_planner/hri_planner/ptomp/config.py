@@ -136,6 +136,12 @@ class PtompConfig:
     wait_cost: float = parameter(
         1.5, "Cost of not arriving, by which they are compared; above 2.2 s of late_weight", low=0.0
     )
+    trouble_cost: float = parameter(
+        0.02, "Collision and contact cost from which other motions are looked at", low=0.0
+    )
+    motion_gain: float = parameter(
+        0.05, "Share of the cost that another motion must save", low=0.0, high=1.0
+    )
     posture_candidates: int = parameter(
         16, "Final postures tried at each replan (0: keep the first)", low=0, high=200
     )

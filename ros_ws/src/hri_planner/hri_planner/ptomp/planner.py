@@ -17,7 +17,7 @@ from hri_planner.ptomp.horizon import margin_in_force, replan_grid
 from hri_planner.ptomp.motion import Grid, Motion, State, from_plan
 from hri_planner.ptomp.plan import JointPlan
 from hri_planner.ptomp.result import ReplanResult
-from hri_planner.ptomp.search import TROUBLE, MotionSearch, Task, candidate
+from hri_planner.ptomp.search import MotionSearch, Task, candidate
 from hri_planner.ptomp.timing import fastest_duration
 from hri_planner.robot.model import RobotModel
 from hri_prediction.errors import PlanningError
@@ -229,7 +229,7 @@ class PtompPlanner:
         self._costs.bind(grid.columns_s, self._goal, forecasts, *margin)
         motion = from_plan(present, grid, self._arrives)
         totals, terms, _ = self._costs.evaluate(motion.columns(grid)[None])
-        trouble = not self._arrives or float(terms[0, 0] + terms[0, 1]) > TROUBLE
+        trouble = not self._arrives or float(terms[0, 0] + terms[0, 1]) > self.config.trouble_cost
         if trouble:
             grid = replan_grid(present, handover_s, self.time_step, max(LOOK_S, remaining + tail))
             self._costs.bind(grid.columns_s, self._goal, forecasts, *margin)

@@ -24,10 +24,6 @@ from hri_planner.robot.model import RobotModel
 
 FloatArray = NDArray[np.float64]
 
-TROUBLE = 0.02
-"""Cost of collision and contact from which alternatives are worth looking at."""
-
-_KEEP = 0.95  # an alternative must cost less than this share of the present plan
 _GOAL_TOLERANCE = 1e-7  # m
 _ROUND_SHARE = 4  # first round: each start gets 1/4 of the iterations
 _POSTURES = 16  # final postures between two looks at the deadline
@@ -137,7 +133,7 @@ class MotionSearch:
 
     def _meets_people(self, motion: Motion, grid: Grid) -> bool:
         terms = self._costs.evaluate(motion.columns(grid)[None])[1]
-        return float(terms[0, 0] + terms[0, 1]) > TROUBLE
+        return float(terms[0, 0] + terms[0, 1]) > self._config.trouble_cost
 
     def _starts(
         self, kept: Candidate, grid: Grid, task: Task, deadline: Callable[[], bool] | None
@@ -159,7 +155,7 @@ class MotionSearch:
         starts = [kept]
         for motion, total in zip(others, totals, strict=True):
             other = candidate(config, motion, float(total), grid)
-            share = posture_share if motion.kind == "posture" else _KEEP
+            share = posture_share if motion.kind == "posture" else 1.0 - config.motion_gain
             if kept.motion.arrival is None and motion.arrival is not None:
                 share = 1.0
             if other.rank < share * kept.rank or motion.kind == "excursion":

@@ -76,7 +76,7 @@ def _variant(name: str, entry: Mapping[str, Any]) -> Variant:
                 f"variant {name}: {what} {value}", expected="one of " + ", ".join(known)
             )
     try:
-        variant.config  # noqa: B018  (checks the settings)
+        _ = variant.config  # checks the settings
     except ConfigError as error:
         raise ConfigError(f"variant {name}: {error}") from error
     return variant

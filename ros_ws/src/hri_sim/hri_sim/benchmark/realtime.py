@@ -33,8 +33,6 @@ COMPUTE_SHARE = 0.5
 """Share of the interval that a replan may take, as in ptomp's node."""
 READY_S = 0.009
 """How long before its hand-over a plan must be ready: a tick of ptomp's node, and the way [s]."""
-MET = 0.02
-"""Cost of collision and contact from which the planner looks at other motions."""
 
 
 @dataclass
@@ -206,7 +204,8 @@ def measure_condition(
         known = watch.known(1)
         met = result is not None and (
             result.stage == "waiting"
-            or result.cost_terms["collision"] + result.cost_terms["contact"] > MET
+            or result.cost_terms["collision"] + result.cost_terms["contact"]
+            > planner.config.trouble_cost
         )
         prices.note(planner, handover_s, known, met)
         taken = timer.times(handover_s, known)
