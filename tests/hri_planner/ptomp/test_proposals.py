@@ -96,8 +96,14 @@ def test_the_way_around_is_remembered():
     grid = _grid(0.0)
     around = WayAround(ROBOT, LIMIT, np.random.default_rng(0))
     way = around.proposals(grid, GOAL, END)[5]
+    nothing = around.memory
     around.remember(way, grid)
+    remembered = around.memory
     again = around.proposals(grid, GOAL, END)[0]
     np.testing.assert_allclose(again.q, way.q, atol=1e-9)
     around.forget()
     assert np.abs(around.proposals(grid, GOAL, END)[0].q - way.q).max() > 0.01
+    around.memory = remembered
+    np.testing.assert_allclose(around.proposals(grid, GOAL, END)[0].q, way.q, atol=1e-9)
+    around.memory = nothing
+    assert around.memory[0] is None

@@ -7,6 +7,7 @@ import pytest
 
 from hri_planner.ptomp import HumanForecast, PtompConfig, PtompPlanner, load_default_config
 from hri_planner.ptomp.costs import CostModel
+from hri_planner.ptomp.horizon import margin_in_force
 from hri_planner.ptomp.variants import find_variant, variants
 from hri_planner.robot import load_robot
 from hri_prediction.errors import ConfigError
@@ -36,10 +37,10 @@ def test_options_that_do_not_go_together_are_refused():
         PtompConfig(margin_growth=0.1, kappa=0.0, kappa_min=0.0)
 
 
-def _collision(growth, kappa=0.5):
+def _collision(growth, kappa=0.5, growth_in_force=None):
     model = CostModel(ROBOT, PtompConfig(margin_growth=growth), None)
     people = HumanForecast(0.0, 0.1, ARM[None], np.zeros((1, 4)), np.full(3, 0.05))
-    model.bind(0.03 * np.arange(-2.0, 40.0), np.zeros(3), [people], 0.05, kappa)
+    model.bind(0.03 * np.arange(-2.0, 40.0), np.zeros(3), [people], 0.05, kappa, growth_in_force)
     q = np.radians([0.0, -25.0, 0.0, 90.0, 0.0, -40.0, 0.0])
     return float(model.evaluate(np.tile(q[:, None], (1, 1, 42)))[1][0, 0])
 
@@ -49,6 +50,18 @@ def test_the_margin_grows_with_the_horizon_whatever_kappa_is():
     assert costs == sorted(costs)
     assert costs[0] < costs[-1]
     assert _collision(0.1, 0.1) == pytest.approx(_collision(0.1), rel=1e-9)
+
+
+def test_all_that_widens_the_margin_shrinks_when_overdue():
+    """Else a robot whose margins grow with the horizon would wait for ever."""
+    config = find_variant("itomp_timing").config
+    late = 0.3 + config.margin_patience
+    assert margin_in_force(config, -1.0) == (config.margin, config.kappa, config.margin_growth)
+    least = (config.margin_min, config.kappa_min, 0.0)
+    assert margin_in_force(config, late) == pytest.approx(least)
+    halfway = margin_in_force(config, 0.3 + config.margin_patience / 2.0)
+    assert halfway[2] == pytest.approx(config.margin_growth / 2.0)
+    assert _collision(0.1, growth_in_force=0.05) == pytest.approx(_collision(0.05), rel=1e-9)
 
 
 def test_a_planner_that_is_not_interleaved_plans_once():

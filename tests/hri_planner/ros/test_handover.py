@@ -36,7 +36,9 @@ class Planner:
         self.told: list[str] = []
 
     def snapshot(self) -> PlannerSnapshot:
-        return PlannerSnapshot(self.plan, "reaching", np.zeros(7), True, 0.0, settled=False)
+        return PlannerSnapshot(
+            self.plan, "reaching", np.zeros(7), True, 0.0, settled=False, around=(None, np.zeros(7))
+        )
 
     def restore(self, snapshot: PlannerSnapshot) -> None:
         self.told.append("restore")

@@ -65,6 +65,12 @@ def test_collision_cost_is_what_is_missing():
     assert made(0, CELLS[0], ok=False).collision == pytest.approx(0.3)
 
 
+def test_a_success_keeps_its_distance():
+    assert made(0, CELLS[0], clearance=0.05).success
+    assert not made(0, CELLS[0], clearance=0.049).success
+    assert not made(0, CELLS[0], ok=False, clearance=0.1).success
+
+
 @pytest.fixture
 def simulated(monkeypatch):
     """Motions that take no time: they succeed when TS suits the task."""
@@ -131,7 +137,7 @@ def test_the_command_from_end_to_end(tmp_path, simulated):
     assert {row["iterations"] for row in results["planners"].values()} == {100.0}
     text = (out / "results.md").read_text()
     assert "than the best fixed cell" in text
-    assert results["planners"]["fixed"]["ok_less_fixed_ci95"] == [0.0, 0.0]
+    assert results["planners"]["fixed"]["success_less_fixed_ci95"] == [0.0, 0.0]
     assert "4.17" in text
     assert "100 iterations a motion at this F" in text
     for name in ("gpr", "gpr_lower", "success", "fixed"):

@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from hri_planner.ptomp.budget import START_S, replan_charge
 from hri_sim.benchmark.conditions import task_conditions
 from hri_sim.benchmark.episode import watch_episode
 from hri_sim.benchmark.late_start import start_delay, still_collides
 from hri_sim.benchmark.learning import task_library
 from hri_sim.benchmark.planners import NOMINAL, PLANNERS
+from hri_sim.scenario.conditions import ROBOT_DURATION_S
 
 
 @pytest.mark.parametrize("name", ["ptomp", "core_only"])
@@ -27,6 +29,13 @@ def test_nothing_is_late_on_the_reference_machine():
     for name in (NOMINAL, "ptomp", "itomp", "stomp_prior"):
         assert start_delay(PLANNERS[name], 1.0) == 0.0
     assert start_delay(PLANNERS[NOMINAL], 64.0) == 0.0
+
+
+def test_who_plans_once_gets_the_time_of_one_motion_and_then_waits_like_all():
+    setup = PLANNERS["stomp_prior"]
+    owed = 512.0 * (replan_charge(setup.config) + START_S) - ROBOT_DURATION_S
+    assert start_delay(setup, 512.0) == pytest.approx(owed, abs=0.1)
+    assert owed > 1.0
 
 
 def test_conditions_collide_at_once_but_not_for_ever():

@@ -41,6 +41,8 @@ def test_clearance_counts_first_then_time():
     assert score([_figures(0.9, 0.5, 1.2)]) > score([_figures(0.9, 0.5, None)])
     machine = {"planners": {"a": _figures(0.5, 0.1, 1.0), "b": _figures(0.7, 0.1, 1.0)}}
     assert [row["cell"] for row in rows({1.0: machine})] == ["b", "a"]
+    machine["planners"]["c"] = _figures(0.0, 0.0, None)
+    json.dumps(rows({1.0: machine}), allow_nan=False)
 
 
 def test_smoke_writes_a_table_and_does_nothing_twice(tmp_path, monkeypatch):
@@ -55,4 +57,4 @@ def test_smoke_writes_a_table_and_does_nothing_twice(tmp_path, monkeypatch):
     assert list(content["planners"]) == ["itomp"]
     text = (tmp_path / "tuning.md").read_text()
     assert "Ships with a margin of 10 cm and margin_growth 0.1." in text
-    assert "| margin 4 cm, margin_growth 0.02 |" in text
+    assert "| margin 7 cm, margin_growth 0.02 |" in text

@@ -49,6 +49,15 @@ class WayAround:
         """Begin a new search."""
         self._offset = None
 
+    @property
+    def memory(self) -> tuple[JointPlan | None, FloatArray]:
+        """What is remembered, to go back to: the offset and the final posture (7,) [rad]."""
+        return self._offset, self._posture
+
+    @memory.setter
+    def memory(self, memory: tuple[JointPlan | None, FloatArray]) -> None:
+        self._offset, self._posture = memory
+
     def remember(self, motion: Motion, grid: Grid) -> None:
         """Keep a motion that arrives, for the next replan."""
         arrival = motion.arrival

@@ -92,6 +92,7 @@ class CostModel:
         forecasts: Sequence[HumanForecast],
         margin: float,
         kappa: float | None = None,
+        growth: float | None = None,
     ) -> None:
         """Set the problem of a replan.
 
@@ -101,6 +102,7 @@ class CostModel:
             forecasts: People.
             margin: Margin in force [m].
             kappa: Standard deviations added to it; the configured ones when not given.
+            growth: What it grows by with each second ahead; as configured when not given [m/s].
 
         Raises:
             ConfigError: when there are more columns than the kernels have room for.
@@ -114,9 +116,10 @@ class CostModel:
         self._parameters[layout.P_KAPPA] = kappa
         self._parameters[layout.P_GOAL_X : layout.P_GOAL_X + 3] = goal
         humans, radii = pack_forecasts(forecasts, times_s)
-        if self._growth > 0.0:
+        growth = self._growth if growth is None else growth
+        if growth > 0.0:
             # The kernels add kappa times the standard deviations, so the growth goes in by that.
-            ahead = np.maximum(times_s - times_s[2], 0.0) * (self._growth / kappa)
+            ahead = np.maximum(times_s - times_s[2], 0.0) * (growth / kappa)
             deviations = humans.reshape(-1, layout.ARM_ROWS, layout.ROW)
             deviations[:, layout.ARM_SIGMA : layout.ARM_RISE, : self.columns] += ahead
         self.problem = (

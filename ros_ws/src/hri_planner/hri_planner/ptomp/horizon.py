@@ -12,11 +12,11 @@ from hri_planner.ptomp.plan import JointPlan
 _OVERDUE_GRACE_S = 0.3
 
 
-def margin_in_force(config: PtompConfig, overdue_s: float) -> tuple[float, float]:
-    """The margin [m] and kappa in force: full while on time, shrinking while overdue.
+def margin_in_force(config: PtompConfig, overdue_s: float) -> tuple[float, float, float]:
+    """The margin [m], kappa and growth [m/s] in force: full while on time, shrinking while overdue.
 
-    A person who rests near the goal gets ever wider forecasts with time ahead; with full margins
-    the robot would wait for ever where a careful way exists.
+    A person who rests near the goal gets ever wider forecasts, or margins, with time ahead; with full
+    ones the robot would wait for ever where a careful way exists.
 
     Args:
         config: Of the planner.
@@ -26,6 +26,7 @@ def margin_in_force(config: PtompConfig, overdue_s: float) -> tuple[float, float
     return (
         config.margin + share * (config.margin_min - config.margin),
         config.kappa + share * (config.kappa_min - config.kappa),
+        (1.0 - share) * config.margin_growth,
     )
 
 

@@ -39,6 +39,7 @@ class PlannerSnapshot:
     arrives: bool
     posture_changed_s: float
     settled: bool
+    around: tuple[JointPlan | None, FloatArray]
 
 
 class PtompPlanner:
@@ -182,7 +183,7 @@ class PtompPlanner:
         """What the next replan starts from; see :meth:`restore`."""
         return PlannerSnapshot(
             self.plan, self.stage, self._posture, self._arrives, self._posture_changed_s,
-            self._settled,
+            self._settled, self._search.around.memory,
         )  # fmt: skip
 
     def restore(self, snapshot: PlannerSnapshot) -> None:
@@ -191,6 +192,7 @@ class PtompPlanner:
         self._posture, self._arrives = snapshot.posture, snapshot.arrives
         self._posture_changed_s = snapshot.posture_changed_s
         self._settled = snapshot.settled
+        self._search.around.memory = snapshot.around
 
     def finished(self, time_s: float) -> bool:
         """Whether the tool rests at the goal at this time of the plan clock."""

@@ -85,6 +85,9 @@ class MotionSearch:
         config: Sizes, noise and thresholds.
         costs: Cost model, bound to the problem before each search.
         rng: Source of all randomness.
+
+    Attributes:
+        around: The way around that is remembered from one replan to the next.
     """
 
     def __init__(
@@ -99,11 +102,11 @@ class MotionSearch:
         self._costs = costs
         self._rng = rng
         self._optimizer = Optimizer(config, rng)
-        self._around = WayAround(robot, config.acceleration_limit, rng)
+        self.around = WayAround(robot, config.acceleration_limit, rng)
 
     def forget(self) -> None:
         """Begin a new reach."""
-        self._around.forget()
+        self.around.forget()
 
     def run(
         self,
@@ -213,7 +216,7 @@ class MotionSearch:
     ) -> tuple[Candidate, int]:
         """Optimise the best start; in trouble, first try the best of several kinds."""
         if not task.trouble:
-            self._around.forget()
+            self.around.forget()
             return self._improve(starts[0], grid, budget, deadline)
         chosen: list[Candidate] = []
         for start in starts:
@@ -231,13 +234,13 @@ class MotionSearch:
             chosen[index], used = self._improve(start, grid, budget // _ROUND_SHARE, deadline)
             done += used
         if way is not None:
-            self._around.remember(chosen[-1].motion, grid)
+            self.around.remember(chosen[-1].motion, grid)
         best = min(chosen, key=lambda start: start.rank)
         best, used = self._improve(best, grid, budget - done, deadline)
         return best, done + used
 
     def _best_way_around(self, grid: Grid, task: Task, present: Motion) -> Candidate | None:
-        ways = self._around.proposals(grid, task.goal, present.q[-1])
+        ways = self.around.proposals(grid, task.goal, present.q[-1])
         if not ways:
             return None
         totals = self._costs.evaluate(np.stack([way.columns(grid) for way in ways]))[0]

@@ -168,7 +168,8 @@ def train_adaptation(
         results = run_design(design, out, workers or available_cores(), scheduler, console)
     for name, row in results["planners"].items():
         console.print(
-            f"{name:10} ok {100 * row['ok']:.1f} % of {row['motions']}, mean TS "
+            f"{name:10} ok {100 * row['ok']:.1f} %, 5 cm clear {100 * row['success']:.1f} % of "
+            f"{row['motions']}, mean TS "
             f"{row['num_timesteps']:.0f}, NT {row['num_rollouts']:.0f}",
             highlight=False,
         )

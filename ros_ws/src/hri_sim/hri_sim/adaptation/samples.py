@@ -16,12 +16,13 @@ from hri_planner.adaptation.features import vector
 from hri_planner.adaptation.grid import Cell
 from hri_planner.ptomp.situation import Situation
 from hri_prediction.arm.geometry import FloatArray
-from hri_prediction.compiled import source_hash
+from hri_prediction.compiled import INPUTS, processor, source_hash
 from hri_sim.adaptation.design import SPLIT, Job, Trial
 from hri_sim.benchmark.conditions import task_conditions
 from hri_sim.benchmark.episode import run_episode
 from hri_sim.benchmark.first_look import start_situation
 from hri_sim.benchmark.learning import task_library
+from hri_sim.benchmark.outcome import CLEARANCES_M
 from hri_sim.benchmark.planners import PLANNERS, PlannerSetup
 from hri_sim.benchmark.rows import Done, RowFile, Unit, do_waiting
 
@@ -29,6 +30,10 @@ BASE = "ptomp"
 """The planner whose parameters are adapted."""
 CONTACT_M = 0.02
 """The collision cost of Algorithm 1 begins below this true clearance, as the planner's contact cost [m]."""
+
+
+SUCCESS_M = CLEARANCES_M[-1]
+"""Clearance of a success to learn from [m]: free of contact are nearly all, whatever the parameters."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +49,7 @@ class Sample:
         distance: See :class:`Situation`.
         time_to_collision: See :class:`Situation`.
         collision_cost: See :class:`Situation`.
-        ok: Whether it succeeded: no contact, goal reached.
+        ok: No contact, goal reached.
         clearance: Smallest true clearance [m].
         missing: Distance of the tool from the goal at the end; 0 if it arrived [m].
         control: Integral of the squared joint accelerations [rad^2/s^3].
@@ -76,6 +81,11 @@ class Sample:
         return Situation(
             self.uncertainty, self.error, self.distance, self.time_to_collision, self.collision_cost
         )
+
+    @property
+    def success(self) -> bool:
+        """What models learn the chance of: ok, and 5 cm clear all the way."""
+        return self.ok and self.clearance >= SUCCESS_M
 
     @property
     def features(self) -> FloatArray:
@@ -185,6 +195,6 @@ def _marks(slowdown: float, jobs: Sequence[Job]) -> dict[str, str]:
     """Hash of all that samples depend on but the trials, for each part of the design."""
     versions = [importlib.metadata.version(package) for package in ("numpy", "scipy", "numba")]
     settings = json.dumps(dataclasses.asdict(PLANNERS[BASE].config))
-    parts = repr((slowdown, source_hash(), versions, settings))
+    parts = repr((slowdown, source_hash(INPUTS), processor(), versions, settings))
     mark = hashlib.sha256(parts.encode()).hexdigest()[:16]
     return {job.unit.planner: mark for job in jobs}

@@ -167,7 +167,7 @@ def train(design: Design, samples: Samples) -> tuple[Models, LabelErrors]:
     gpr_lower = replace(gpr, less=errors.gpr_sd)
     every = of_tasks(samples, design.learnt)
     fixed = best_fixed(
-        np.array([CELLS.index(sample.cell) for sample in every]), _ok(every), _control(every)
+        np.array([CELLS.index(sample.cell) for sample in every]), _successes(every), _control(every)
     )
     success = _success(of_tasks(samples, design.learnt, grid=False))
     return Models(gpr, gpr_lower, success, fixed), errors
@@ -178,13 +178,13 @@ def _success(motions: list[Sample]) -> SuccessSelection:
     return fit_success(
         np.array([sample.features for sample in motions]),
         np.array([(sample.num_timesteps, sample.num_rollouts) for sample in motions]),
-        _ok(motions),
+        _successes(motions),
         _control(motions),
     )
 
 
-def _ok(motions: list[Sample]) -> FloatArray:
-    return np.array([float(sample.ok) for sample in motions])
+def _successes(motions: list[Sample]) -> FloatArray:
+    return np.array([float(sample.success) for sample in motions])
 
 
 def _control(motions: list[Sample]) -> FloatArray:

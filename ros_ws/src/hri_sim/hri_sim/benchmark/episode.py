@@ -114,7 +114,7 @@ def watch_episode(
         else:
             left_s = max(planner.plan.end_s - handover_s, 0.0)
         charge_s = fixed_s + (start_charge_s if planner.plan is None else 0.0)
-        given_s = interval_s if config.interleaved else duration
+        given_s = interval_s if config.interleaved or cycle else duration
         granted = budget.grant(given_s, config.num_rollouts, round(left_s / interval_s), charge_s)
         if granted is not None:
             if setup.max_iterations is not None:

@@ -24,10 +24,11 @@ def start_delay(setup: PlannerSetup, slowdown: float) -> float:
         return 0.0
     config, budget = setup.config, VirtualTimeBudget(slowdown)
     interval_s = ROBOT_DURATION_S / config.num_timesteps
-    given_s = interval_s if config.interleaved else ROBOT_DURATION_S
+    given_s = interval_s if config.interleaved else ROBOT_DURATION_S  # once for a whole motion
     charge_s = replan_charge(setup.config) + START_S
     intervals = 0
     while budget.grant(given_s, config.num_rollouts, config.num_timesteps, charge_s) is None:
+        given_s = interval_s
         intervals += 1
     return intervals * interval_s
 

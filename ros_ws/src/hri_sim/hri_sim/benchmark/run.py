@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hri_planner.adaptation.model_file import shipped_path
-from hri_prediction.compiled import source_hash
+from hri_prediction.compiled import INPUTS, processor, source_hash
 from hri_sim.benchmark.conditions import CONDITIONS_A_TASK, TASKS, task_conditions
 from hri_sim.benchmark.episode import run_episode
 from hri_sim.benchmark.execution import PAPER
@@ -73,7 +73,7 @@ class Plan:
 def marks(plan: Plan) -> dict[str, str]:
     """Hash of all that a planner's outcomes depend on but seed and task, by planner."""
     found = {}
-    sources = source_hash()
+    sources = source_hash(INPUTS)
     for name, setup in plan.setups.items():
         parts = (
             plan.split,
@@ -84,6 +84,7 @@ def marks(plan: Plan) -> dict[str, str]:
             json.dumps([dataclasses.asdict(setup), dataclasses.asdict(setup.config)]),
             b"" if setup.adaptation is None else shipped_path(setup.adaptation).read_bytes(),
             sources,
+            processor(),
             sorted(versions().items()),
         )
         found[name] = hashlib.sha256(repr(parts).encode()).hexdigest()[:16]

@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 
 import joblib
 
-from hri_prediction.compiled import processor, source_hash
+from hri_prediction.compiled import INPUTS, processor, source_hash
 from hri_prediction.errors import ConfigError
 
 Item = TypeVar("Item")
@@ -106,7 +106,7 @@ def versions() -> dict[str, str]:
 
 def _computed_with() -> dict[str, str]:
     """All that decides about the last bit of an outcome; called on workers."""
-    return {"sources": source_hash(), "processor": processor(), **versions()}
+    return {"sources": source_hash(INPUTS), "processor": processor(), **versions()}
 
 
 def _check_workers(client: Any, scheduler: str) -> None:

@@ -16,7 +16,7 @@ import numpy as np
 from hri_planner.robot import load_robot
 from hri_planner.robot.model import CAPSULE_NAMES
 from hri_prediction.arm.geometry import ArmRadii, FloatArray, arm_capsules
-from hri_prediction.compiled import source_hash
+from hri_prediction.compiled import INPUTS, processor, source_hash
 from hri_prediction.geometry.segments import capsule_distances
 from hri_sim.benchmark.conditions import Condition, task_conditions
 from hri_sim.benchmark.episode import watch_episode
@@ -73,7 +73,11 @@ class Item:
 @functools.cache
 def _code() -> list[str]:
     """The code at work: a hash of ours, versions of what it computes with."""
-    return [source_hash(), *(f"{name} {version}" for name, version in sorted(versions().items()))]
+    return [
+        source_hash(INPUTS),
+        processor(),
+        *(f"{name} {version}" for name, version in sorted(versions().items())),
+    ]
 
 
 @dataclass(frozen=True)

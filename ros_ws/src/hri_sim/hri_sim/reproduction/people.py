@@ -10,6 +10,7 @@ from hri_sim.benchmark.report import SHARE_HEADS, markdown_table, share_text
 from hri_sim.benchmark.run import Plan
 from hri_sim.benchmark.variation import CHANGES_TARGET, STOPS, Variation
 from hri_sim.reproduction.bars import ITOMP, OURS
+from hri_sim.reproduction.leads import VELOCITY
 from hri_sim.reproduction.section import FEW, Measured, Scope
 
 VARIATIONS = {
@@ -24,7 +25,7 @@ VARIATIONS = {
     "person changes target": Variation(person=CHANGES_TARGET),
 }
 """By what the report calls them."""
-COMPARED = (OURS, ITOMP)
+COMPARED = (OURS, VELOCITY, ITOMP)
 
 
 def people_plans(scope: Scope) -> dict[str, Plan]:

@@ -8,7 +8,7 @@ from hri_sim.benchmark.episode import SLOWDOWNS
 from hri_sim.benchmark.planners import PLANNERS, PlannerSetup, find_planners
 from hri_sim.benchmark.report import markdown_table, mean_table, share_text
 from hri_sim.benchmark.run import Plan
-from hri_sim.reproduction.bars import OURS
+from hri_sim.reproduction.bars import ITOMP, OURS, STOMP
 from hri_sim.reproduction.section import FEW, Measured, Scope
 
 _SETTINGS = PLANNERS[OURS].settings
@@ -16,12 +16,13 @@ PERFECT = PlannerSetup("ptomp_perfect", "PTOMP, told the true motion", "oracle",
 UNSEEN = PlannerSetup("ptomp_unseen", "PTOMP, not told of the person", "unseen", _SETTINGS)
 """The ends of the scale of predictions."""
 BETWEEN = (OURS, "ptomp_velocity", "ptomp_staying")
+PEERS = (ITOMP, STOMP)
 _SHOWN = {"ok": "ok", "clearance_2cm": "at least 2 cm clear"}
 
 
 def plans(scope: Scope) -> dict[str, Plan]:
-    """Each F, with every quality of prediction."""
-    setups = (*find_planners(BETWEEN), PERFECT, UNSEEN)
+    """Each F, with every quality of prediction, and the peers."""
+    setups = (*find_planners(BETWEEN), PERFECT, UNSEEN, *find_planners(PEERS))
     return {
         f"F{slow:g}": scope.first.plan(setups, float(slow), conditions=FEW) for slow in SLOWDOWNS
     }
@@ -31,9 +32,10 @@ def lines(measured: Mapping[str, Measured]) -> list[str]:
     """Shares by prediction and F, and how they got there."""
     found = [one.results for one in measured.values()]
     slow = [f"F = {results['budget']:g}" for results in found]
-    order = (PERFECT.name, *BETWEEN, UNSEEN.name)
+    order = (PERFECT.name, *BETWEEN, UNSEEN.name, *PEERS)
     parts = [
-        f"The first {FEW} conditions of each task, the first seed. Predictions from the best to none:\n"
+        f"The first {FEW} conditions of each task, the first seed. PTOMP with predictions from "
+        "the best to none, then its peers:\n"
     ]
     for key, words in _SHOWN.items():
         rows = [
