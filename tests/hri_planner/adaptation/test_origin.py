@@ -9,7 +9,7 @@ from hri_planner.adaptation import model_file, origin
 from hri_planner.adaptation.best_fixed import BestFixed
 from hri_planner.adaptation.grid import Cell
 from hri_planner.adaptation.model_file import save_model, shipped_names, trained_with
-from hri_planner.adaptation.origin import planner_hash, trained_for_another, warning
+from hri_planner.adaptation.origin import planner_hash, trained_for_another, unfit, warning
 from hri_prediction.errors import ConfigError
 
 
@@ -30,6 +30,13 @@ def test_models_of_another_planner_are_found(shipped):
     assert "`old`, `unsaid`" in warning(trained_for_another())
     with pytest.raises(ConfigError, match="no_such"):
         trained_for_another(["no_such"])
+
+
+def test_why_a_model_does_not_suit_a_planner(shipped, tmp_path):
+    assert unfit("new", "ptomp") == ""
+    assert unfit(str(tmp_path / "new.npz"), "ptomp") == ""
+    assert "other settings" in unfit(str(tmp_path / "old.npz"), "ptomp")
+    assert "not for stomp" in unfit("new", "stomp")
 
 
 def test_the_hash_is_of_settings_and_sources(monkeypatch):

@@ -69,6 +69,17 @@ def test_all_that_is_wrong_is_named_at_once(tmp_path: Path) -> None:
         assert words in text
 
 
+@pytest.mark.parametrize("model", ["sucess_f8", "{}/cut.npz"])
+def test_a_model_that_cannot_be_used_is_refused_before_anything_starts(
+    tmp_path: Path, model: str
+) -> None:
+    (tmp_path / "cut.npz").write_bytes(b"PK\x03\x04 the rest is missing")
+    with pytest.raises(ConfigError, match=r"ptomp: .*(sucess_f8'; expected one of|cut\.npz)"):
+        _complete(tmp_path, {"ptomp": {"adaptation_model": model.format(tmp_path)}})
+    nodes = _complete(tmp_path, {"ptomp": {"adaptation_model": "success_f8"}})
+    assert nodes["ptomp"].parameters["adaptation_model"] == "success_f8"
+
+
 def test_nodes_that_have_no_mapping_are_named(tmp_path: Path) -> None:
     path = tmp_path / "parameters.yaml"
     path.write_text("ptomp: 3\npredictor: {period: 0.02}\nperson: [1]\n")

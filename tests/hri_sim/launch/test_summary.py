@@ -99,6 +99,12 @@ def test_a_recording_that_ends_early_says_nothing_of_the_later_reaches(
     assert replay_row("x", summary, None).split("|")[4] == " – "
     whole = _series(scenario, 4.0 * len(reports))
     assert summarise(whole, reports, scenario=scenario, bag=tmp_path, seed=1)["touched"] is False
+    console = Console(file=io.StringIO(), width=80)
+    print_table(console, summary)
+    assert "too busy" not in console.file.getvalue()  # type: ignore[attr-defined]
+    summary["reaches"][0]["deadline_misses"] = 20
+    print_table(console, summary)
+    assert "plans were late and dropped" in console.file.getvalue()  # type: ignore[attr-defined]
     whole.record.clearance_m[0] = 0.0
     assert summarise(whole, reports, scenario=scenario, bag=tmp_path, seed=1)["touched"] is True
 

@@ -20,6 +20,7 @@ from hri_sim.media import (
     render_video,
     video,
 )
+from hri_sim.media.look import tube_shape, tube_shown
 from hri_sim.media.raycast import Camera, Capsules, RayCaster
 from hri_sim.scenario.schema import PersonSpec, ReachSpec, Scenario
 
@@ -189,3 +190,12 @@ def test_child_draws_as_a_module(tmp_path):
     )
     assert done.returncode != 0
     assert b"none.npz" in done.stderr
+
+
+def test_predictions_are_drawn_as_far_as_they_say_something():
+    mean, sigma = np.zeros((5, 3)), np.array([0.01, 0.1, 0.15, 0.2, 0.1])
+    points, radii = tube_shown(mean, sigma)
+    assert len(points) == 3
+    np.testing.assert_allclose(radii, [0.02, 0.2, 0.3])
+    assert len(tube_shape(mean, sigma + 0.2).radii) == 0
+    assert len(tube_shown(mean, 0.1 * sigma)[0]) == 5

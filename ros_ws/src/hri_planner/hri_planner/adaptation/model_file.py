@@ -100,13 +100,14 @@ def shipped_path(name: str) -> Path:
 
 
 def trained_with(name: str) -> dict[str, Any]:
-    """How a model that ships came about, as :func:`save_model` was told.
+    """How a model came about, as :func:`save_model` was told; named as in :func:`find_model`.
 
     Raises:
-        ConfigError: naming those that there are.
-        DataError: when the file is unusable.
+        ConfigError: when no such model ships.
+        DataError: when the file is missing or unusable.
     """
-    found = read_npz(shipped_path(name), FORMAT)[1].get("trained")
+    path = Path(name) if name.endswith(".npz") else shipped_path(name)
+    found = read_npz(path, FORMAT)[1].get("trained")
     return found if isinstance(found, dict) else {}
 
 

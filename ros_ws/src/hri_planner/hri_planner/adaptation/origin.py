@@ -13,6 +13,9 @@ from pathlib import Path
 from hri_planner.adaptation.model_file import shipped_names, trained_with
 from hri_planner.ptomp.config import load_default_config
 
+TRAINED_FOR = "ptomp"
+"""The planner whose parameters models choose."""
+
 
 @functools.cache
 def planner_hash() -> str:
@@ -37,6 +40,24 @@ def trained_for_another(names: Iterable[str] | None = None) -> list[str]:
     """
     chosen = shipped_names() if names is None else names
     return [name for name in chosen if trained_with(name).get("planner") != planner_hash()]
+
+
+def unfit(model: str, variant: str) -> str:
+    """Why a model does not suit the planner that is to use it; empty when it does.
+
+    Args:
+        model: A file or the name of one that ships.
+        variant: Name of the planner.
+
+    Raises:
+        ConfigError: when no such model ships.
+        DataError: when the file is missing or unusable.
+    """
+    if variant != TRAINED_FOR:
+        return f"{model} was trained for {TRAINED_FOR}, not for {variant}"
+    if trained_with(model).get("planner") != planner_hash():
+        return f"{model} was trained for other settings or other code of {TRAINED_FOR}"
+    return ""
 
 
 def warning(models: Iterable[str]) -> str:

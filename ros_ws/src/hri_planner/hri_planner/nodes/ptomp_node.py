@@ -18,6 +18,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 from trajectory_msgs.msg import JointTrajectory
 
+from hri_planner.adaptation.origin import unfit
 from hri_planner.nodes.ptomp_config import PtompNodeConfig
 from hri_planner.nodes.replanning import Cycle, Failed, Replanning
 from hri_planner.nodes.reporting import Reporting
@@ -79,6 +80,8 @@ class PtompNode(HriNode):
             lockstep=self.lockstep,
             now_ns=self.now_ns,
         )
+        if config.adaptation_model and (why := unfit(config.adaptation_model, config.variant)):
+            self.get_logger().warning(f"{why}: it is used all the same")
         self._handover = self.replanning.handover
         self._handles: dict[int, Any] = {}
         self._last: Cycle | None = None

@@ -30,6 +30,7 @@ def conclude(
     grid: Grid,
     *,
     nominal_end_s: float,
+    slows: bool,
     goal_error: float,
     iterations: int,
 ) -> ReplanResult:
@@ -41,6 +42,7 @@ def conclude(
         plan: The plan made of it.
         grid: Its grid.
         nominal_end_s: When the robot was to arrive, plan clock [s].
+        slows: Whether the planner slows down for people; otherwise it is late for another reason.
         goal_error: Distance of the tool from the goal at the end of the plan [m].
         iterations: Optimisation steps done.
     """
@@ -60,7 +62,7 @@ def conclude(
     elif not arrives:
         reason = "no safe way to the goal now: waiting clear of the person"
     elif late > LATE_S:
-        reason = f"slowed for the person: arrival {late:.2f} s late"
+        reason = f"{'slowed for the person: ' if slows else ''}arrival {late:.2f} s late"
     return ReplanResult(
         plan=plan,
         stage="holding" if at_goal else ("reaching" if arrives else "waiting"),

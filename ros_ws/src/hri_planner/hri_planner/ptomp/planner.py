@@ -302,6 +302,7 @@ class PtompPlanner:
             plan,
             grid,
             nominal_end_s=self._nominal_end_s,
+            slows=self.config.time_scaling,
             goal_error=self._goal_error(plan),
             iterations=done,
         )

@@ -6,7 +6,14 @@ import time
 from types import TracebackType
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 
 PLAIN_PERIOD_S = 2.0
 """A file or a pipe gets a line this often at most [s]."""
@@ -29,8 +36,11 @@ class ProgressLine:
                 TextColumn("{task.description}", markup=False),
                 BarColumn(),
                 MofNCompleteColumn(),
+                TimeElapsedColumn(),
+                TextColumn("left"),
+                TimeRemainingColumn(elapsed_when_finished=False),
             )
-            self._live = Progress(*columns, TimeElapsedColumn(), console=console)
+            self._live = Progress(*columns, console=console)
             self._line = self._live.add_task("", total=None)
         self._said = ""
         self._next_s = 0.0

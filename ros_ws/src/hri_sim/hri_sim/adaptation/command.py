@@ -23,7 +23,7 @@ from hri_sim.adaptation.training import train
 from hri_sim.benchmark.adapted import TRAINED_AT
 from hri_sim.benchmark.conditions import CONDITIONS_A_TASK, TASKS
 from hri_sim.benchmark.episode import SLOWDOWNS
-from hri_sim.benchmark.options import Scheduler, Workers, resumable
+from hri_sim.benchmark.options import Scheduler, Workers, make_folders, resumable
 from hri_sim.benchmark.rows import Unit
 
 SEEDS = 5
@@ -44,12 +44,7 @@ def run_design(
         KeyboardInterrupt: after Ctrl-C; what is simulated is kept.
     """
     check_scikit_learn()
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ConfigError(
-            f"cannot make --out {out}: {error.strerror}", hint="choose another with --out"
-        ) from error
+    make_folders(out=out)
     origin = results_origin()
     with ProgressLine(console) as progress:
 
@@ -98,7 +93,7 @@ def _command(design: Design) -> str:
     )
 
 
-@app.command()
+@app.command(context_settings={"help_option_names": ["-h", "--help"]})
 def train_adaptation(
     out: Annotated[Path, typer.Option(help="Folder for models, results.json, results.md, rows.")],
     budget: Annotated[

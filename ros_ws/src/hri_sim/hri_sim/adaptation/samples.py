@@ -14,6 +14,7 @@ from pathlib import Path
 
 from hri_planner.adaptation.features import vector
 from hri_planner.adaptation.grid import Cell
+from hri_planner.adaptation.origin import TRAINED_FOR
 from hri_planner.ptomp.situation import Situation
 from hri_prediction.arm.geometry import FloatArray
 from hri_prediction.compiled import INPUTS, processor, source_hash
@@ -26,8 +27,6 @@ from hri_sim.benchmark.outcome import CLEARANCES_M
 from hri_sim.benchmark.planners import PLANNERS, PlannerSetup
 from hri_sim.benchmark.rows import Done, RowFile, Unit, do_waiting
 
-BASE = "ptomp"
-"""The planner whose parameters are adapted."""
 CONTACT_M = 0.02
 """The collision cost of Algorithm 1 begins below this true clearance, as the planner's contact cost [m]."""
 
@@ -103,7 +102,7 @@ class Sample:
 
 def setup_of(cell: Cell) -> PlannerSetup:
     """The planner with these parameters."""
-    base = PLANNERS[BASE]
+    base = PLANNERS[TRAINED_FOR]
     chosen = {"num_timesteps": cell.num_timesteps, "num_rollouts": cell.num_rollouts}
     settings = tuple({**dict(base.settings), **chosen}.items())
     return dataclasses.replace(base, settings=settings)
@@ -115,7 +114,7 @@ def do_job(slowdown: float, job: Job) -> Done[Sample]:
     unit = job.unit
     conditions = task_conditions(SPLIT, unit.task).conditions
     library = task_library(SPLIT, unit.task)
-    base = PLANNERS[BASE]
+    base = PLANNERS[TRAINED_FOR]
     assert base.observer is not None
     seen: dict[int, Situation] = {}
     samples = []
@@ -194,7 +193,7 @@ class _SampleFile(RowFile[Sample]):
 def _marks(slowdown: float, jobs: Sequence[Job]) -> dict[str, str]:
     """Hash of all that samples depend on but the trials, for each part of the design."""
     versions = [importlib.metadata.version(package) for package in ("numpy", "scipy", "numba")]
-    settings = json.dumps(dataclasses.asdict(PLANNERS[BASE].config))
+    settings = json.dumps(dataclasses.asdict(PLANNERS[TRAINED_FOR].config))
     parts = repr((slowdown, source_hash(INPUTS), processor(), versions, settings))
     mark = hashlib.sha256(parts.encode()).hexdigest()[:16]
     return {job.unit.planner: mark for job in jobs}

@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from hri_prediction.errors import ConfigError
 from hri_prediction.results.origin import available_cores, origin_line, results_origin
-from hri_sim.benchmark.conditions import SPLITS, check_split
+from hri_prediction.results.progress import ProgressLine
+from hri_sim.benchmark.conditions import CONDITIONS_A_TASK, SPLITS, TASKS, check_split
 from hri_sim.benchmark.episode import SLOWDOWNS
 from hri_sim.benchmark.execution import PAPER, check_execution
-from hri_sim.benchmark.options import Scheduler, Workers, resumable
+from hri_sim.benchmark.options import Scheduler, Workers, make_folders, resumable
 from hri_sim.benchmark.planners import DEFAULT_PLANNERS, ORACLE, PLANNERS, find_planners
 from hri_sim.benchmark.realtime_report import REALTIME_TASKS, measure_planners, realtime_report
 from hri_sim.benchmark.report import (
@@ -38,38 +36,16 @@ SEEDS = 5
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 
 
-def make_folder(out: Path) -> None:
-    """Make the folder of results.
-
-    Raises:
-        ConfigError: when that is not possible.
-    """
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ConfigError(
-            f"cannot make --out {out}: {error.strerror}", hint="choose another with --out"
-        ) from error
-
-
-@contextmanager
-def shown_progress(what: str, console: Console) -> Iterator[Callable[[int, int], None]]:
-    """A bar that is moved by telling how many are done, of how many."""
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    with Progress(*columns, TimeElapsedColumn(), console=console) as progress:
-        line = progress.add_task(what, total=None)
-        yield lambda count, of: progress.update(line, completed=count, total=of)
-
-
 def run_real_time(plan: Plan, out: Path, console: Console) -> dict[str, Any]:
     """Measure by the wall clock, and write ``realtime.json`` and ``realtime.md`` into ``out``.
 
     Raises:
         ConfigError: when the folder cannot be used, or no planner replans.
     """
-    make_folder(out)
-    with shown_progress("conditions", console) as progress:
-        results = measure_planners(plan, progress)
+    make_folders(out=out)
+    with ProgressLine(console) as progress:
+        progress.say("conditions")
+        results = measure_planners(plan, progress.count)
     (out / "realtime.json").write_text(json.dumps(results, indent=1, allow_nan=False) + "\n")
     (out / "realtime.md").write_text(realtime_report(results))
     return results
@@ -84,11 +60,12 @@ def run_plan(
         ConfigError: when the folder or the scheduler cannot be used.
         KeyboardInterrupt: after Ctrl-C; the rows that are done are kept.
     """
-    make_folder(out)
+    make_folders(out=out)
     origin = results_origin()
-    with shown_progress("tasks", console) as progress:
+    with ProgressLine(console) as progress:
+        progress.say("tasks, each with one planner and seed")
         done = run_benchmark(
-            plan, out / "rows.jsonl", workers=workers, scheduler=scheduler, progress=progress
+            plan, out / "rows.jsonl", workers=workers, scheduler=scheduler, progress=progress.count
         )
     results = summarise(plan, done)
     (out / "results.json").write_text(json.dumps(results, indent=1, allow_nan=False) + "\n")
@@ -153,7 +130,7 @@ def show_real_time(results: dict[str, Any], console: Console) -> None:
     console.print(table)
 
 
-@app.command()
+@app.command(context_settings={"help_option_names": ["-h", "--help"]})
 def benchmark_planners(
     out: Annotated[Path, typer.Option(help="Folder for results.json, results.md, plots, rows.")],
     planners: Annotated[
@@ -203,6 +180,21 @@ def benchmark_planners(
             "the machine alone meanwhile.",
         ),
     ] = False,
+    tasks: Annotated[
+        int | None,
+        typer.Option(
+            help="Fewer tasks, from the first.", min=1, max=TASKS, show_default=f"{TASKS}"
+        ),
+    ] = None,
+    conditions: Annotated[
+        int | None,
+        typer.Option(
+            help="Fewer conditions of each, from the first.",
+            min=1,
+            max=CONDITIONS_A_TASK,
+            show_default=f"{CONDITIONS_A_TASK}",
+        ),
+    ] = None,
     smoke: Annotated[
         bool, typer.Option("--smoke", help="Two conditions of two tasks, one seed (seconds).")
     ] = False,
@@ -223,9 +215,16 @@ def benchmark_planners(
         split,
         float(budget),
         tuple(range(first_seed, first_seed + seeds)),
+        tuple(range(tasks or TASKS)),
+        conditions or CONDITIONS_A_TASK,
         variation=Variation(tracking_noise_mm, latency_ms, person_speed, person),
         execution=execute,
     )
+    if (smoke or real_time) and (tasks or conditions):
+        raise ConfigError(
+            "--tasks or --conditions with --smoke or --real-time",
+            expected="one or the other: the latter have their own",
+        )
     if real_time:
         if budget != SLOWDOWNS[0] or workers not in (None, 1) or scheduler is not None:
             raise ConfigError(

@@ -11,6 +11,8 @@ from scipy import stats
 from hri_prediction.arm.geometry import FloatArray
 
 RESAMPLES = 2000
+FEWEST_TASKS = 5
+"""Of fewer a bootstrap only says the range."""
 _BOOTSTRAP_SEED = 0
 _TAIL = 0.025
 
@@ -22,7 +24,7 @@ def mean_of(sums: FloatArray) -> float | None:
 
 
 def mean_interval(sums: FloatArray) -> list[float] | None:
-    """Interval of a mean by a bootstrap of whole tasks; none of fewer than two tasks with values.
+    """Interval of a mean by a bootstrap of whole tasks; none of fewer than five tasks with values.
 
     Tasks are drawn with replacement (2000 times), each with all its conditions and seeds: these
     have person and places in common and are no independent trials. Percentiles are expanded for
@@ -31,7 +33,7 @@ def mean_interval(sums: FloatArray) -> list[float] | None:
     """
     sums = sums[sums[:, 1] > 0.0]
     tasks = len(sums)
-    if tasks < 2:
+    if tasks < FEWEST_TASKS:
         return None
     chosen = np.random.default_rng(_BOOTSTRAP_SEED).integers(tasks, size=(RESAMPLES, tasks))
     total = sums[chosen].sum(axis=1)

@@ -77,7 +77,7 @@ def tune_planners(
         bool, typer.Option("--smoke", help="Two cells and conditions a planner (half a minute).")
     ] = False,
 ) -> None:
-    """Try nine margins of each planner on the tuning tasks, as many for PTOMP as for its peers.
+    """Try nine pairs of margins of each planner on the tuning tasks, for PTOMP as for its peers.
 
     Nothing is changed: hri_planner/config/ptomp.yaml and variants.yaml say what planners ship with.
     """

@@ -10,10 +10,11 @@ from typing import Any
 
 import yaml
 
+from hri_planner.adaptation.model_file import find_model
 from hri_planner.nodes.ptomp_config import PtompNodeConfig
 from hri_planner.ptomp.config import load_default_config
 from hri_prediction.config import from_mapping
-from hri_prediction.errors import ConfigError, all_of
+from hri_prediction.errors import ConfigError, DataError, all_of
 from hri_prediction.nodes.predictor_node import PredictorNodeConfig
 from hri_prediction.prediction.config import PredictorConfig
 from hri_sim.launch.supervisor import NodeSpec
@@ -105,6 +106,18 @@ def _name_faults(spec: NodeSpec, given: Mapping[str, Any]) -> Iterator[ConfigErr
             )
 
 
+def _model_faults(spec: NodeSpec, given: Mapping[str, Any]) -> Iterator[ConfigError]:
+    """What is wrong with a model of adaptation, which only the node itself would find out."""
+    model = given.get("adaptation_model")
+    if spec.executable == "ptomp" and isinstance(model, str) and model:
+        try:
+            find_model(model)
+        except (ConfigError, DataError) as error:
+            yield ConfigError(
+                f"{spec.label}: {error.problem}", expected=error.expected, hint=error.hint
+            )
+
+
 def _plain(value: Any) -> Any:
     return list(value) if isinstance(value, tuple) else value
 
@@ -161,6 +174,7 @@ def complete_parameters(
     for spec in specs:
         given = overrides.get(spec.label, {})
         faults += _name_faults(spec, given)
+        faults += _model_faults(spec, given)
         complete.append(dataclasses.replace(spec, parameters=_effective(spec, given, faults)))
     if faults:
         raise all_of(source, faults)

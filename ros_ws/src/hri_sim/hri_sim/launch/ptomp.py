@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import time
 from pathlib import Path
 from typing import Annotated
@@ -9,8 +10,9 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from hri_planner.ptomp.variants import live_names
+from hri_planner.ptomp.variants import live_names, variants
 from hri_prediction.errors import ConfigError
+from hri_sim.benchmark.adapted import ADAPTED
 from hri_sim.launch.command import conduct
 from hri_sim.launch.run import RunOptions
 
@@ -28,15 +30,25 @@ def default_folder(kind: str) -> Path:
     return Path("runs") / f"{kind}_{time.strftime('%Y-%m-%d_%H-%M-%S')}"
 
 
-def one_of(name: str, value: str, allowed: tuple[str, ...]) -> str:
-    """The value, or a clear error that lists the allowed ones."""
+def one_of(name: str, value: str, allowed: tuple[str, ...], hint: str = "") -> str:
+    """The value, or a clear error that lists those that are meant, or all allowed ones."""
     if value not in allowed:
+        near = difflib.get_close_matches(value, allowed, 3)
         raise ConfigError(
             f"--{name} {value}",
-            expected="one of " + ", ".join(allowed),
-            hint=f"give --{name} {allowed[0]}, or leave it out",
+            expected="one like " + ", ".join(near) if near else "one of " + ", ".join(allowed),
+            hint=hint or f"give --{name} {allowed[0]}, or leave it out",
         )
     return value
+
+
+def _elsewhere(planner: str) -> str:
+    """Where a planner that cannot be launched can be had."""
+    if planner in {name for name, _, _ in ADAPTED}:
+        return "here a model is chosen by --parameters: 'ptomp: {adaptation_model: success_f8}'"
+    if planner in variants():
+        return f"{planner} is for scripts/benchmark_planners.py alone: no node predicts for it"
+    return ""
 
 
 @app.command(context_settings={"help_option_names": ["-h", "--help"]})
@@ -104,7 +116,7 @@ def launch(
         seed=seed,
         scenario=scenario,
         reaches=reaches,
-        planner=one_of("planner", planner, PLANNERS),
+        planner=one_of("planner", planner, PLANNERS, _elsewhere(planner)),
         human=one_of("human", human, HUMANS),
         human_file=human_file,
         trial=trial,

@@ -259,6 +259,7 @@ def _run_graph(
             raise
         _print(console, f"no figures of the recording, which ended early: {error}")
     summary = summarise(series, reports, scenario=scenario, bag=bag, seed=options.seed)
+    summary["planner"] = options.planner
     summary["origin"] = origin
     try:
         write_summary(options.out / SUMMARY, summary)

@@ -21,6 +21,8 @@ from hri_sim.scenario.schema import Scenario
 FloatArray = NDArray[np.float64]
 SUMMARY = "summary.json"
 """File in the folder of a run."""
+LATE_SHARE = 0.02
+"""Share of late plans from which a run says more of the machine than of the planner."""
 
 
 @dataclass(frozen=True)
@@ -225,6 +227,12 @@ def print_table(console: Console, summary: dict[str, Any]) -> None:
                 f"reach {count}: the recording ended before it did; the clearance was seen live",
                 highlight=False,
             )
+    misses, plans = late_replans(summary["reaches"])
+    if misses > LATE_SHARE * plans:
+        console.print(
+            f"{misses} of {plans} plans were late and dropped: the machine was too busy for figures",
+            highlight=False,
+        )
     if summary["touched"]:
         console.print("[red]the robot touched the person[/]: a true clearance is not above 0")
     latency = summary["latency_ms"]["mocap_to_trajectory"]

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from hri_planner.robot.model import load_robot
 from hri_sim.media.frames import RunRecord
-from hri_sim.media.look import BLUE, PURPLE, target_shape, torso_shape
+from hri_sim.media.look import BLUE, target_shape, torso_shape, tube_shape
 from hri_sim.media.raycast import Capsules
 
 FloatArray = NDArray[np.float64]
@@ -43,8 +43,7 @@ class Decorations:
         made = [mark for mark in record.predictions if 0.0 <= time_s - mark.time_s < FRESH_S]
         glass = _NOTHING
         if made:
-            wrist, sigma = made[-1].mean[:, 2], made[-1].sigma[:, 2]
-            glass = Capsules.along(wrist, np.maximum(2.0 * sigma, 0.008), PURPLE)
+            glass = tube_shape(made[-1].mean[:, 2], made[-1].sigma[:, 2])
         return Capsules.joined(solid), glass
 
     def packed(self, times: FloatArray) -> dict[str, NDArray]:

@@ -42,6 +42,8 @@ STYLE: dict[Any, Any] = {
     "legend.fontsize": 8.5,
 }
 """Of matplotlib."""
+TUBE_M = 0.3
+"""Predictions are drawn as far as two standard deviations are within this [m]."""
 
 
 def robot_shape(robot: RobotModel, q: FloatArray) -> Capsules:
@@ -67,6 +69,27 @@ def torso_shape(person: PersonSpec) -> Capsules:
     )
     radii = np.array([0.085, 0.14, 0.05, 0.09])
     return Capsules(ends, radii, np.tile(TORSO, (4, 1)))
+
+
+def tube_shown(mean: FloatArray, sigma: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The part of a predicted path that is worth drawing: as far as its region is not vast.
+
+    Args:
+        mean: Points of the path (K, 3) [m].
+        sigma: Standard deviations (K,) [m].
+
+    Returns:
+        Points and radii of two standard deviations of those before the first wider than ``TUBE_M``.
+    """
+    wide = 2.0 * sigma > TUBE_M
+    count = int(np.argmax(wide)) if wide.any() else len(wide)
+    return mean[:count], 2.0 * sigma[:count]
+
+
+def tube_shape(mean: FloatArray, sigma: FloatArray) -> Capsules:
+    """A predicted path as a tube of two standard deviations; arguments as :func:`tube_shown`."""
+    points, radii = tube_shown(mean, sigma)
+    return Capsules.along(points, np.maximum(radii, 0.008), PURPLE)
 
 
 def arm_shape(arm: FloatArray) -> Capsules:

@@ -22,12 +22,15 @@ from hri_sim.media.look import (
     ROBOT_PARTS,
     STYLE,
     TORSO,
+    TUBE_M,
     VERMILION,
     arm_shape,
     camera_for,
     robot_shape,
     target_shape,
     torso_shape,
+    tube_shape,
+    tube_shown,
 )
 from hri_sim.media.raycast import Capsules, RayCaster
 
@@ -141,8 +144,7 @@ def _draw_scene(axes: Axes, moment: _Moment) -> None:
         solid.append(Capsules.along(dashes, 0.006, (0.25, 0.25, 0.27)))
     glass = None
     if moment.prediction is not None:
-        wrist, sigma = moment.prediction.mean[:, 2], moment.prediction.sigma[:, 2]
-        glass = Capsules.along(wrist, np.maximum(2.0 * sigma, 0.008), PURPLE)
+        glass = tube_shape(moment.prediction.mean[:, 2], moment.prediction.sigma[:, 2])
     axes.imshow(caster.draw(Capsules.joined(solid), glass), interpolation="lanczos")
     axes.set_axis_off()
     axes.set_title(f"Closest moment, t = {moment.time_s:.2f} s")
@@ -195,7 +197,7 @@ def _tube(axes: Axes, centres: FloatArray, radii: FloatArray) -> None:
     for centre, radius in zip(centres, radii, strict=True):
         distance = np.linalg.norm(grid - centre, axis=-1) - radius
         np.minimum(outside, distance, out=outside)
-    axes.contourf(x, y, outside, [-1.0, 0.0], colors=[PURPLE], alpha=0.40, zorder=4)
+    axes.contourf(x, y, outside, [-np.inf, 0.0], colors=[PURPLE], alpha=0.40, zorder=4)
     axes.contour(x, y, outside, [0.0], colors=[PURPLE], linewidths=1.0, zorder=4.1)
     axes.plot(*centres.T, ":", color=_mixed(PURPLE, -0.35), lw=1.6, zorder=4.5)
 
@@ -211,7 +213,9 @@ def _draw_top_view(axes: Axes, moment: _Moment) -> None:
     )
     during = moment.during
     if moment.prediction is not None:
-        _tube(axes, moment.prediction.mean[:, 2, :2], 2.0 * moment.prediction.sigma[:, 2])
+        wrist, radii = tube_shown(moment.prediction.mean[:, 2], moment.prediction.sigma[:, 2])
+        if len(wrist):
+            _tube(axes, wrist[:, :2], radii)
     for person in scenario.persons:
         shape = torso_shape(person)
         _capsules(axes, shape, 1.0, white=0.45, ec="none")
@@ -249,7 +253,7 @@ def _legend(axes: Axes, moment: _Moment) -> None:
         entries.append(Line2D([], [], color=VERMILION, lw=1.8, label="wrist, true"))
     if moment.prediction is not None:
         since = moment.prediction.time_s - moment.reach.start_s
-        label = f"wrist, predicted at {since:.2f} s (mean ± 2σ)"
+        label = f"wrist, predicted at {since:.2f} s (mean ± 2σ, to {100.0 * TUBE_M:g} cm)"
         entries.append(Patch(fc=_mixed(PURPLE, 0.55), ec=PURPLE, label=label))
     entries.append(Patch(fc=ROBOT_PARTS[1], label="robot capsules"))
     if moment.record.arms.shape[1]:

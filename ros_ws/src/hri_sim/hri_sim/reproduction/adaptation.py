@@ -10,7 +10,7 @@ from hri_sim.benchmark.planners import find_planners
 from hri_sim.benchmark.report import difference_table, mean_table, share_table
 from hri_sim.benchmark.run import Plan
 from hri_sim.reproduction.bars import OURS
-from hri_sim.reproduction.section import FEW, Measured, Scope
+from hri_sim.reproduction.section import FEW, Measured, Scope, extent
 
 FIXED = "ptomp_fixed"
 """What adaptation has to beat."""
@@ -33,7 +33,7 @@ def lines(measured: Mapping[str, Measured]) -> list[str]:
     planners, outdated = one.results["planners"], one.results["trained_for_another_planner"]
     return [
         *([warning(outdated) + "\n"] if outdated else []),
-        f"The first {FEW} conditions of each task, the first seed, F = {SLOWDOWN:g}. The best fixed cell "
+        f"{extent(measured)}, F = {SLOWDOWN:g}. The best fixed cell "
         "stands first: adaptation has to beat it. [adaptation.md](adaptation.md) has the figures of the "
         "training.\n",
         share_table(planners),

@@ -11,7 +11,7 @@ from hri_sim.benchmark.run import Plan
 from hri_sim.benchmark.variation import CHANGES_TARGET, STOPS, Variation
 from hri_sim.reproduction.bars import ITOMP, OURS
 from hri_sim.reproduction.leads import VELOCITY
-from hri_sim.reproduction.section import FEW, Measured, Scope
+from hri_sim.reproduction.section import FEW, Measured, Scope, extent
 
 VARIATIONS = {
     "as drawn": Variation(),
@@ -49,7 +49,7 @@ def people_lines(measured: Mapping[str, Measured]) -> list[str]:
             rows.append([name, f"`{planner}`", *shares, feasible])
     text = [f"- {name}: {VARIATIONS[name].text}." for name in measured if name != "as drawn"]
     return [
-        f"The first {FEW} conditions of each task, the first seed, F = 1. Planners and predictors know "
+        f"{extent(measured)}, F = 1. Planners and predictors know "
         "nothing of what is otherwise; the last column can be reached with perfect prediction and a large "
         "budget.\n",
         markdown_table(["what", "planner", *SHARE_HEADS.values(), "perfect"], rows),
@@ -91,7 +91,7 @@ def mujoco_lines(measured: Mapping[str, Measured]) -> list[str]:
         "largest error [mrad]",
     ]
     return [
-        f"`{OURS}` in the first {FEW} conditions of each task, the first seed: plans as they are, and as "
+        f"{extent(measured)}, `{OURS}`: plans as they are, and as "
         "the simulated controller and robot follow them.\n",
         markdown_table(head, rows),
     ]

@@ -11,6 +11,11 @@ from hri_sim.reproduction.bars import bar_lines
 from hri_sim.reproduction.section import Measured
 from hri_sim.reproduction.sections import HEADLINE, SECTIONS
 
+SMOKE = (
+    "**A smoke run: a condition or two of two tasks. Its figures say that everything runs, and nothing "
+    "else.**\n"
+)
+
 
 def report(content: Mapping[str, Any], measured: Mapping[str, Mapping[str, Measured]]) -> str:
     """Text in Markdown.
@@ -27,6 +32,7 @@ def report(content: Mapping[str, Any], measured: Mapping[str, Mapping[str, Measu
         "is counted says [planner_benchmark.md](../planner_benchmark.md). In brackets: 95 % intervals of "
         "as many independent trials as the tasks make.\n",
         origin_line(content["origin"]) + "\n",
+        *([SMOKE] if content["smoke"] else []),
         *bar_lines(content["bars"]),
         "## Beside the thesis\n",
         *thesis.lines([one for found in measured.values() for one in found.values()]),

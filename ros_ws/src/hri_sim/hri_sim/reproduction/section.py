@@ -75,6 +75,14 @@ class Measured:
     results: dict[str, Any]
 
 
+def extent(measured: Mapping[str, Measured]) -> str:
+    """How much was measured, in words; equal for all plans of a section."""
+    plan = next(iter(measured.values())).plan
+    many = f"first {plan.conditions} conditions" if plan.conditions > 1 else "first condition"
+    seeds = "the first seed" if len(plan.seeds) == 1 else f"{len(plan.seeds)} seeds"
+    return f"The {many} of each of {len(plan.tasks)} tasks, {seeds}"
+
+
 @dataclass(frozen=True)
 class Section:
     """A part of the report that follows from plans of the benchmark.

@@ -9,7 +9,7 @@ from hri_sim.benchmark.planners import PLANNERS, PlannerSetup, find_planners
 from hri_sim.benchmark.report import markdown_table, mean_table, share_text
 from hri_sim.benchmark.run import Plan
 from hri_sim.reproduction.bars import ITOMP, OURS, STOMP
-from hri_sim.reproduction.section import FEW, Measured, Scope
+from hri_sim.reproduction.section import FEW, Measured, Scope, extent
 
 _SETTINGS = PLANNERS[OURS].settings
 PERFECT = PlannerSetup("ptomp_perfect", "PTOMP, told the true motion", "oracle", _SETTINGS)
@@ -33,10 +33,7 @@ def lines(measured: Mapping[str, Measured]) -> list[str]:
     found = [one.results for one in measured.values()]
     slow = [f"F = {results['budget']:g}" for results in found]
     order = (PERFECT.name, *BETWEEN, UNSEEN.name, *PEERS)
-    parts = [
-        f"The first {FEW} conditions of each task, the first seed. PTOMP with predictions from "
-        "the best to none, then its peers:\n"
-    ]
+    parts = [f"{extent(measured)}. PTOMP with predictions from the best to none, then its peers:\n"]
     for key, words in _SHOWN.items():
         rows = [
             [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from hri_sim.benchmark.adapted import TRAINED_AT
 from hri_sim.benchmark.conditions import CONDITIONS_A_TASK, TASKS
 from hri_sim.benchmark.planners import PLANNERS
 from hri_sim.benchmark.report import markdown_table, share_text
@@ -54,7 +55,8 @@ def lines(measured: Sequence[Measured]) -> list[str]:
         f"The thesis' figures are of {_CONDITIONS} conditions of its own, without collision; ours must "
         "have arrived too. Its planners had time steps and roll-outs chosen by Gaussian processes, in the "
         "second figure lowered by one standard deviation of their errors. Ours with such a choice were "
-        f"trained and run at F = 64, one seed, and stand beside it; all others have {fixed} throughout. An "
-        "ITOMP with such a choice there is not: those lines of the thesis have no counterpart.\n",
+        f"trained and run at F = {TRAINED_AT}, one seed, and stand beside it; all others have {fixed} "
+        "throughout. An ITOMP with such a choice there is not: those lines of the thesis have no "
+        "counterpart.\n",
         markdown_table(["thesis", "collision-free", "here", "ok", "≥ 2 cm"], rows),
     ]

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from hri_sim.benchmark.report import markdown_table
-from hri_sim.benchmark.run import marks
+from hri_sim.benchmark.run import ORACLE_SLOWDOWN, marks
 from hri_sim.reproduction.section import Measured
 
 
@@ -51,5 +51,6 @@ def lines(found: dict[str, Any]) -> list[str]:
     return [
         markdown_table(["ms a condition, one core", *(f"F = {slow}" for slow in by_slow)], rows),
         f"In all {found['conditions']} conditions and {found['core_hours']:.2f} hours of one core, beside "
-        "whatever else the machine did; pictures are not counted.\n",
+        f"whatever else the machine did; F = {ORACLE_SLOWDOWN:g} is that of the oracle; pictures are not "
+        "counted.\n",
     ]

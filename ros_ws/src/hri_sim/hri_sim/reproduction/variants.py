@@ -18,7 +18,7 @@ from hri_sim.benchmark.report import (
 )
 from hri_sim.benchmark.run import Plan
 from hri_sim.reproduction.bars import OURS
-from hri_sim.reproduction.section import FEW, Measured, Scope
+from hri_sim.reproduction.section import FEW, Measured, Scope, extent
 
 ABLATIONS = (
     *(name for name, found in variants().items() if found.kind != "planner"),
@@ -90,7 +90,7 @@ def _changed(name: str, text: str, settings: tuple[tuple[str, float], ...]) -> P
 def lines(measured: Mapping[str, Measured]) -> list[str]:
     """For each plan how good they are, and what the first planner has more, motion by motion."""
     parts = [
-        f"The first {FEW} conditions of each task, the first seed. Below each table: what the first "
+        f"{extent(measured)}. Below each table: what the first "
         "planner has more than each other, in the same conditions.\n"
     ]
     for one in measured.values():
