@@ -88,3 +88,8 @@ def test_one_task_says_nothing():
     one = np.array([[3.0, 4.0], [0.0, 0.0]])
     assert share_interval(one) == [0.0, 1.0]
     assert mean_interval(one) is None
+
+
+def test_a_bootstrap_of_few_tasks_would_only_be_their_range():
+    assert mean_interval(np.tile([3.0, 4.0], (4, 1))) is None
+    assert mean_interval(np.tile([3.0, 4.0], (5, 1))) == [0.75, 0.75]

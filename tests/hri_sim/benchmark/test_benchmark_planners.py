@@ -52,7 +52,7 @@ def test_figures_of_known_outcomes():
     assert figures["ambiguous"]["clearance_m"] == pytest.approx(0.06)
     assert results["oracle_feasible"] == 0.5
     assert figures["iterations"] == GOOD.iterations == LOST.iterations
-    assert f"{GOOD.iterations} (" in mean_table(results["planners"])
+    assert f"| {GOOD.iterations} |" in mean_table(results["planners"])
     assert results["trained_for_another_planner"] == []
     assert "Warning" not in report(results)
     assert "Warning: trained" in report({**results, "trained_for_another_planner": ["gpr_f8"]})

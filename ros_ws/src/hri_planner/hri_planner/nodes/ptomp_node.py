@@ -30,9 +30,7 @@ from hri_planner.ros.bodies import Bodies
 from hri_planner.ros.conversions import joints_from_message, trajectory_message
 from hri_planner.ros.goals import target_of
 from hri_planner.ros.inputs import NOBODY, Inputs
-from hri_planner.ros.status import (
-    result_message,
-)
+from hri_planner.ros.status import result_message
 from hri_planner.supervision.decision import (
     Decision,
     Ending,

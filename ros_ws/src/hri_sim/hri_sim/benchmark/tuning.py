@@ -23,7 +23,7 @@ CONDITIONS = 3
 """Of each task."""
 MARGINS_M = (0.04, 0.07, 0.10)
 WIDE_MARGINS_M = (0.07, 0.10, 0.13)
-"""For planners that know less of what comes."""
+"""For PTOMP's peers, which know less of what comes, or plan but once."""
 KAPPAS = (0.25, 0.5, 1.0)
 GROWTHS_MS = (0.02, 0.10, 0.25)
 
@@ -70,8 +70,8 @@ GRIDS = (
     Grid("ptomp", "kappa", KAPPAS),
     Grid("itomp", "margin_growth", GROWTHS_MS, WIDE_MARGINS_M),
     Grid("itomp_timing", "margin_growth", GROWTHS_MS, WIDE_MARGINS_M),
-    Grid("stomp", "kappa", KAPPAS),
-    Grid("stomp_prior", "kappa", KAPPAS),
+    Grid("stomp", "kappa", KAPPAS, WIDE_MARGINS_M),
+    Grid("stomp_prior", "kappa", KAPPAS, WIDE_MARGINS_M),
 )
 """Planners that are tuned."""
 
