@@ -16,6 +16,7 @@ from hri_prediction.arm.geometry import FloatArray
 from hri_sim.benchmark.conditions import ROBOT_GOAL, Condition
 from hri_sim.benchmark.outcome import Execution
 from hri_sim.media.look import (
+    GREEN,
     STYLE,
     Colour,
     arm_shape,
@@ -89,7 +90,10 @@ def drawn(path: Path, width: float, height: float) -> Iterator[Figure]:
 def draw_scene(
     axes: Axes, condition: Condition, shown: Trace, time_s: float, paths: Sequence[Trace] = ()
 ) -> None:
-    """Robot and person at a time of a motion, and the whole paths of the tool of some motions."""
+    """Robot and person at a time of a motion, and the whole paths of the tool of some motions.
+
+    A green ring is around the robot's goal.
+    """
     robot, scenario = load_robot(), condition.scenario
     row = shown.row(time_s)
     arm = condition.person().truth(np.array([time_s]))[0]
@@ -107,6 +111,8 @@ def draw_scene(
             tool[np.arange(len(tool)) % 6 > 3] = np.nan
         solid.append(Capsules.along(tool, _PATH * camera.fov, trace.colour))
     axes.imshow(caster.draw(Capsules.joined(solid)), interpolation="lanczos")
+    goal = camera.project(np.array(condition.robot_goal), _WIDTH, _HEIGHT)
+    axes.plot(*goal, "o", ms=11, mfc="none", mec=GREEN, mew=1.6)
     axes.set_axis_off()
 
 

@@ -51,13 +51,15 @@ def draw_all(
     paths.draw_parameters(grid.scene, worst, seed, add("parameters", text))
     scene, rule = scenes.compared(headline)
     text = (
-        f"`{OURS}` beside `{ITOMP}` (figure 6.6), each at the moment at which `{ITOMP}` is nearest to the "
-        f"person. Scene {named(scene)}: {rule}."
+        f"`{OURS}` beside `{ITOMP}` (figure 6.6), both at the moment at which `{ITOMP}` is nearest to the "
+        f"person; F = {slowdown:g}, seed {seed}. Green ring: the robot's goal. Scene {named(scene)}: "
+        f"{rule}."
     )
     paths.draw_comparison(scene, slowdown, seed, add("comparison", text))
     pair = postures.find_pair(scenes.in_order(headline.plan), slowdown, seed)
     text = (
-        "Final posture without and with the person (figure 6.7), whose arm is drawn as it is then. "
+        "Final posture without and with the person (figure 6.7), whose arm is drawn as it is then; blue: "
+        "the tool's path, green ring: its goal. "
         f"Scene {named(pair.scene)}: {pair.rule}."
     )
     postures.draw_postures(pair, add("postures", text))

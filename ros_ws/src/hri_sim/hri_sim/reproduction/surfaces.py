@@ -134,7 +134,7 @@ def _panel(
 ) -> None:
     top = max(highest, 1e-9)
     image = axes.imshow(values, origin="lower", aspect="auto", cmap=_COLOURS, vmin=0.0, vmax=top)
-    digits = 0 if highest >= 20.0 else (1 if highest >= 3.0 else 2)
+    digits = next((n for n, least in enumerate((20.0, 3.0, 0.3)) if highest >= least), 3)
     for (row, column), value in np.ndenumerate(values):
         colour = "white" if value < 0.55 * top else "black"
         text = f"{value:.{digits}f}"
