@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import pytest
 
 from hri_sim.benchmark import tuning_command
 from hri_sim.benchmark.planners import PLANNERS
 from hri_sim.benchmark.tuning import GRIDS, plans, rows, score
+
+ROOT = Path(__file__).parents[3]
 
 
 @pytest.mark.parametrize("grid", GRIDS, ids=lambda grid: grid.planner)
@@ -28,6 +31,14 @@ def test_each_planner_gets_nine_cells_that_differ_in_two_settings(grid):
         cell.config.margin == margin and getattr(cell.config, grid.setting) == value
         for cell in grid.cells
     ), "what ships was never tried"
+
+
+@pytest.mark.parametrize("grid", GRIDS[1:], ids=lambda grid: grid.planner)
+def test_peers_ship_with_the_best_that_was_found(grid):
+    found = json.loads((ROOT / "docs" / "results" / "tuning.json").read_text())
+    best = found["planners"][grid.planner]["cells"][0]["cell"]
+    margin, value = grid.shipped()
+    assert best == f"{grid.planner}: margin {100.0 * margin:g} cm, {grid.setting} {value:g}"
 
 
 def _figures(two, five, late):
@@ -56,5 +67,5 @@ def test_smoke_writes_a_table_and_does_nothing_twice(tmp_path, monkeypatch):
     content = json.loads((tmp_path / "tuning.json").read_text())
     assert list(content["planners"]) == ["itomp"]
     text = (tmp_path / "tuning.md").read_text()
-    assert "Ships with a margin of 10 cm and margin_growth 0.1." in text
+    assert "\n## `itomp`\n" in text
     assert "| margin 7 cm, margin_growth 0.02 |" in text

@@ -30,12 +30,7 @@ def _text(content: dict[str, Any]) -> str:
         "first: by the mean share of motions with 2 cm and more, then with 5 cm and more, then by time.\n",
     ]
     for name, found in content["planners"].items():
-        margin, value = found["shipped"]
-        parts += [
-            f"## `{name}`\n",
-            f"Ships with a margin of {100.0 * margin:g} cm and {found['setting']} {value:g}.\n",
-            table(found["cells"]),
-        ]
+        parts += [f"## `{name}`\n", table(found["cells"])]
     parts.append(f"Made by `scripts/tune_planners.py`. {origin_line(content['origin'])}\n")
     return "\n".join(parts)
 
@@ -51,7 +46,7 @@ def _tune(
             plan, path, workers=workers, scheduler=scheduler, progress=progress.count
         )
         results[slow] = summarise(plan, done)
-    return {"setting": grid.setting, "shipped": grid.shipped(), "cells": rows(results)}
+    return {"setting": grid.setting, "cells": rows(results)}
 
 
 @app.command(context_settings={"help_option_names": ["-h", "--help"]})
