@@ -77,17 +77,19 @@ def test_sections_measure_test_tasks_and_share_what_they_have_in_common():
         for name, plan in section.plans(Scope((0, 1))).items()
     }
     for (section, _), plan in found.items():
-        many = section == "headline"
-        assert (plan.split, len(plan.tasks) * plan.conditions) == ("test", 450 if many else 150)
-        assert plan.seeds == ((0, 1) if many else (0,))
+        many = section in ("headline", "leads")
+        assert (plan.split, len(plan.tasks) * plan.conditions) == ("test", 450 if many else 90)
+        assert plan.seeds == ((0, 1) if section == "headline" else (0,))
         assert plan.planners[0].name == (FIXED if section == "adaptation" else OURS)
     usual = [
         plan
         for (section, _), plan in found.items()
-        if section != "headline" and plan.slowdown == 1.0
+        if section not in ("headline", "leads") and plan.slowdown == 1.0
         if plan.variation == Variation() and plan.execution == PAPER
     ]
     assert len(usual) > 4
+    whole = {marks(found[name, "F1"])[OURS] for name in ("headline", "leads")}
+    assert len(whole) == 1
     assert len({marks(plan)[OURS] for plan in usual}) == 1  # done once for all of them
     assert {plan.slowdown for plan in found.values()} == {1.0, 8.0, 64.0, 512.0}
     ablations = {plan.slowdown for (section, _), plan in found.items() if section == "ablations"}

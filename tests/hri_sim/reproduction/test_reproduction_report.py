@@ -13,7 +13,7 @@ from hri_sim.benchmark.rows import Done
 from hri_sim.benchmark.run import Plan
 from hri_sim.benchmark.summary import summarise
 from hri_sim.reproduction import headline, leads, missed, starts, thesis
-from hri_sim.reproduction.bars import BARS, ITOMP, OURS, bar_lines, judge
+from hri_sim.reproduction.bars import BARS, ITOMP, OURS, SLOWDOWNS, bar_lines, judge
 from hri_sim.reproduction.elsewhere import ELSEWHERE, judge_elsewhere
 from hri_sim.reproduction.section import Measured, Scope
 
@@ -56,9 +56,7 @@ def test_bars_of_other_commands_are_read_with_their_origin(tmp_path):
 
 # ------------------------------------------------------------------ missed bars
 def test_missed_bars_are_looked_at_and_met_ones_are_not():
-    found = {
-        slow: measured(headline.PLANNERS, slow, lambda unit: GOOD) for slow in headline.SLOWDOWNS
-    }
+    found = {slow: measured(headline.PLANNERS, slow, lambda unit: GOOD) for slow in SLOWDOWNS}
     judged = [judge(bar, found) for bar in BARS]
     text = "\n".join(missed.lines(judged, found))
     assert text.count("### ") == sum(bar["against"] is not None for bar in judged)
@@ -76,12 +74,12 @@ def test_missed_bars_are_looked_at_and_met_ones_are_not():
 # ------------------------------------------------------------------ leads
 def test_leads_are_taken_apart():
     outcomes = {ITOMP: BAD, leads.TIMING: SLOW}
-    one = measured(headline.PLANNERS, 64.0, lambda unit: outcomes.get(unit.planner, GOOD))
+    one = measured(leads.PLANNERS, 64.0, lambda unit: outcomes.get(unit.planner, GOOD))
     found = leads.leads(one)
     assert found[f"{OURS} - {ITOMP}"]["ok"] == 1.0
     assert found[f"{OURS} - {leads.VELOCITY}"]["ok"] == 0.0
     assert found[f"{OURS} - {leads.TIMING}"]["time_to_goal_s"] == pytest.approx(-0.5)
-    text = "\n".join(leads.lines(one))
+    text = "\n".join(leads.lines({"F64": one}))
     assert "F = 64, in points of ok: +100.0 (+100.0 at 2 cm) in all" in text
     assert f"| `{OURS}` − `{leads.VELOCITY}` |" in text
 

@@ -20,8 +20,6 @@ from pathlib import Path
 from typing import Any
 
 _PACKAGES = ("hri_prediction", "hri_planner", "hri_sim")
-INPUTS = (".py", ".urdf", ".xml", ".yaml")
-"""Files that decide what simulations give: code, models, settings."""
 UNUSED_S = 30 * 24 * 3600.0
 """A cache folder that no process has used for so long may go [s]."""
 
@@ -35,19 +33,15 @@ def processor() -> str:
     return f"{system} {name} {hashlib.sha256(features.encode()).hexdigest()[:8]}"
 
 
-def source_hash(suffixes: tuple[str, ...] = (".py",)) -> str:
-    """Hash (16 hex digits) of the sources of all installed packages of this project.
-
-    Args:
-        suffixes: Of the files that count; Python alone, unless models and settings count, too.
-    """
+def source_hash() -> str:
+    """Hash (16 hex digits) of the Python sources of all installed packages of this project."""
     digest = hashlib.sha256()
     for name in _PACKAGES:
         spec = importlib.util.find_spec(name)
         if spec is None or not spec.submodule_search_locations:
             continue
         root = Path(next(iter(spec.submodule_search_locations)))
-        for path in sorted(p for p in root.rglob("*") if p.suffix in suffixes and p.is_file()):
+        for path in sorted(root.rglob("*.py")):
             digest.update(str(path.relative_to(root)).encode())
             digest.update(path.read_bytes())
     return digest.hexdigest()[:16]

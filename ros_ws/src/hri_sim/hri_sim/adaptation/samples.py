@@ -17,7 +17,8 @@ from hri_planner.adaptation.grid import Cell
 from hri_planner.adaptation.origin import TRAINED_FOR
 from hri_planner.ptomp.situation import Situation
 from hri_prediction.arm.geometry import FloatArray
-from hri_prediction.compiled import INPUTS, processor, source_hash
+from hri_prediction.compiled import processor
+from hri_prediction.results.dependencies import dependency_hash
 from hri_sim.adaptation.design import SPLIT, Job, Trial
 from hri_sim.benchmark.conditions import task_conditions
 from hri_sim.benchmark.episode import run_episode
@@ -194,6 +195,6 @@ def _marks(slowdown: float, jobs: Sequence[Job]) -> dict[str, str]:
     """Hash of all that samples depend on but the trials, for each part of the design."""
     versions = [importlib.metadata.version(package) for package in ("numpy", "scipy", "numba")]
     settings = json.dumps(dataclasses.asdict(PLANNERS[TRAINED_FOR].config))
-    parts = repr((slowdown, source_hash(INPUTS), processor(), versions, settings))
+    parts = repr((slowdown, dependency_hash(__name__), processor(), versions, settings))
     mark = hashlib.sha256(parts.encode()).hexdigest()[:16]
     return {job.unit.planner: mark for job in jobs}

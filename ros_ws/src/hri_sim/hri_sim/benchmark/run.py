@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hri_planner.adaptation.model_file import shipped_path
-from hri_prediction.compiled import INPUTS, processor, source_hash
+from hri_prediction.compiled import processor
+from hri_prediction.results.dependencies import dependency_hash
 from hri_sim.benchmark.conditions import CONDITIONS_A_TASK, TASKS, task_conditions
 from hri_sim.benchmark.episode import run_episode
 from hri_sim.benchmark.execution import PAPER
@@ -21,7 +22,7 @@ from hri_sim.benchmark.outcome import Outcome
 from hri_sim.benchmark.planners import ORACLE, ORACLE_SETUP, PlannerSetup
 from hri_sim.benchmark.rows import Done, RowFile, Unit, do_waiting
 from hri_sim.benchmark.variation import AS_DRAWN, Variation
-from hri_sim.benchmark.workers import versions
+from hri_sim.benchmark.workers import WORK, versions
 
 ORACLE_SLOWDOWN = 0.1
 """The oracle's F: ten times the iterations of the reference machine, more than it ever uses."""
@@ -73,7 +74,7 @@ class Plan:
 def marks(plan: Plan) -> dict[str, str]:
     """Hash of all that a planner's outcomes depend on but seed and task, by planner."""
     found = {}
-    sources = source_hash(INPUTS)
+    sources = dependency_hash(WORK)
     for name, setup in plan.setups.items():
         parts = (
             plan.split,

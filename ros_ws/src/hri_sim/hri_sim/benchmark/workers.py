@@ -14,12 +14,15 @@ from typing import Any, TypeVar
 
 import joblib
 
-from hri_prediction.compiled import INPUTS, processor, source_hash
+from hri_prediction.compiled import processor
 from hri_prediction.errors import ConfigError
+from hri_prediction.results.dependencies import dependency_hash
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
+WORK = "hri_sim.benchmark.run"
+"""The module that outcomes come from: what it depends on decides about them."""
 _CONNECT_S = 10.0
 
 
@@ -106,7 +109,7 @@ def versions() -> dict[str, str]:
 
 def _computed_with() -> dict[str, str]:
     """All that decides about the last bit of an outcome; called on workers."""
-    return {"sources": source_hash(INPUTS), "processor": processor(), **versions()}
+    return {"sources": dependency_hash(WORK), "processor": processor(), **versions()}
 
 
 def _check_workers(client: Any, scheduler: str) -> None:

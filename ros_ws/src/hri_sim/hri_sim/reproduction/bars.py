@@ -16,6 +16,8 @@ OURS = "ptomp"
 ITOMP = "itomp"
 STOMP = "stomp_prior"
 """The opponents."""
+SLOWDOWNS = (1.0, 64.0)
+"""Of the machines on which something is wanted."""
 
 
 @dataclass(frozen=True)

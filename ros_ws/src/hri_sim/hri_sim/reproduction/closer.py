@@ -16,8 +16,9 @@ import numpy as np
 from hri_planner.robot import load_robot
 from hri_planner.robot.model import CAPSULE_NAMES
 from hri_prediction.arm.geometry import ArmRadii, FloatArray, arm_capsules
-from hri_prediction.compiled import INPUTS, processor, source_hash
+from hri_prediction.compiled import processor
 from hri_prediction.geometry.segments import capsule_distances
+from hri_prediction.results.dependencies import dependency_hash
 from hri_sim.benchmark.conditions import Condition, task_conditions
 from hri_sim.benchmark.episode import watch_episode
 from hri_sim.benchmark.learning import task_library
@@ -74,7 +75,7 @@ class Item:
 def _code() -> list[str]:
     """The code at work: a hash of ours, versions of what it computes with."""
     return [
-        source_hash(INPUTS),
+        dependency_hash(__name__),
         processor(),
         *(f"{name} {version}" for name, version in sorted(versions().items())),
     ]

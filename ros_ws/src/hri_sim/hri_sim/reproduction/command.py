@@ -22,7 +22,7 @@ from hri_sim.reproduction.elsewhere import judge_elsewhere
 from hri_sim.reproduction.report import report
 from hri_sim.reproduction.scenes import first_moving
 from hri_sim.reproduction.section import Measured, Scope
-from hri_sim.reproduction.sections import HEADLINE, SECTIONS
+from hri_sim.reproduction.sections import HEADLINE, LEADS, SECTIONS
 from hri_sim.reproduction.times import times
 
 SEEDS = 5
@@ -105,7 +105,9 @@ def reproduce(scope: Scope, out: Path, laboratory: Laboratory) -> dict[str, Any]
         "smoke": scope.smoke,
         "seeds": list(reference.plan.seeds),
         "bars": [*(judge(bar, by_slowdown) for bar in BARS), *judge_elsewhere(RESULTS)],
-        "leads": {f"{slow:g}": leads.leads(one) for slow, one in by_slowdown.items()},
+        "leads": {
+            f"{one.plan.slowdown:g}": leads.leads(one) for one in measured[LEADS.name].values()
+        },
         "starts": {f"{slow:g}": starts.starts(one.plan) for slow, one in by_slowdown.items()},
         "sections": {
             section: {name: one.results for name, one in found.items()}

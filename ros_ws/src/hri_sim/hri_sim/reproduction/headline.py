@@ -1,4 +1,4 @@
-"""The planners side by side in all conditions with all seeds, and what the leads are made of."""
+"""The planners side by side in all conditions with all seeds."""
 
 from __future__ import annotations
 
@@ -15,13 +15,12 @@ from hri_sim.benchmark.report import (
     share_text,
 )
 from hri_sim.benchmark.run import Plan
-from hri_sim.reproduction import leads, starts
-from hri_sim.reproduction.bars import ITOMP, OURS, STOMP
+from hri_sim.reproduction import starts
+from hri_sim.reproduction.bars import ITOMP, OURS, SLOWDOWNS, STOMP
 from hri_sim.reproduction.section import Measured, Scope
 
-PLANNERS = (OURS, ITOMP, leads.TIMING, leads.VELOCITY, leads.CORE, STOMP, "stomp", NOMINAL)
+PLANNERS = (OURS, ITOMP, STOMP, NOMINAL)
 """Who takes part, ours first."""
-SLOWDOWNS = (1.0, 64.0)
 
 
 def plans(scope: Scope) -> dict[str, Plan]:
@@ -45,7 +44,6 @@ def lines(measured: Mapping[str, Measured]) -> list[str]:
             mean_table(results["planners"]),
             difference_table(results["differences"]),
             paired_table(results["differences"]),
-            *leads.lines(one),
             *kind_tables(results),
             "A robot that sets off late meets less of the person. When each does, and in how many "
             "conditions the nominal motion would still collide then, whoever plans:\n",

@@ -5,18 +5,24 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from hri_sim.benchmark.planners import find_planners
 from hri_sim.benchmark.report import (
     MEAN_HEADS,
     SHARE_HEADS,
     markdown_table,
+    mean_table,
     points_text,
+    share_table,
     signed_text,
 )
+from hri_sim.benchmark.run import Plan
 from hri_sim.benchmark.summary import by_task, compare
-from hri_sim.reproduction.bars import ITOMP, OURS
-from hri_sim.reproduction.section import Measured
+from hri_sim.reproduction.bars import ITOMP, OURS, SLOWDOWNS
+from hri_sim.reproduction.section import Measured, Scope, extent
 
 TIMING, VELOCITY, CORE = "itomp_timing", "ptomp_velocity", "core_only"
+PLANNERS = (OURS, ITOMP, TIMING, VELOCITY, CORE, "stomp")
+"""Who is compared; stomp beside them, which knows of the person what is known at the start."""
 STEPS = (
     (OURS, ITOMP, "all that PTOMP has more"),
     (TIMING, ITOMP, "time scaling and ways around, at constant velocity"),
@@ -37,7 +43,23 @@ def leads(measured: Measured) -> dict[str, dict[str, Any]]:
     }
 
 
-def lines(measured: Measured) -> list[str]:
+def plans(scope: Scope) -> dict[str, Plan]:
+    """All conditions, the first seed, for each F."""
+    return {f"F{slow:g}": scope.first.plan(find_planners(PLANNERS), slow) for slow in SLOWDOWNS}
+
+
+def lines(measured: Mapping[str, Measured]) -> list[str]:
+    """All planners that take part, and what differences are made of, for each F."""
+    parts = [f"{extent(measured)}.\n"]
+    for one in measured.values():
+        planners = one.results["planners"]
+        parts += [f"### F = {one.results['budget']:g}\n", share_table(planners)]
+        parts += [mean_table(planners), *difference_lines(one)]
+    texts = next(iter(measured.values())).results["planners"].items()
+    return [*parts, "\n".join(f"- `{name}`: {said['text']}." for name, said in texts) + "\n"]
+
+
+def difference_lines(measured: Measured) -> list[str]:
     """The table, and in a sentence how much of the lead is due to what."""
     found = leads(measured)
     rows = []

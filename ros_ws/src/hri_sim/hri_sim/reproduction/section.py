@@ -14,7 +14,7 @@ from hri_sim.benchmark.run import SMOKE_TASKS, Plan
 from hri_sim.benchmark.variation import AS_DRAWN, Variation
 
 SPLIT = "test"
-FEW = 5
+FEW = 3
 """Conditions of each task where many planners are compared with one seed."""
 
 
