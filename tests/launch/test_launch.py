@@ -112,8 +112,7 @@ def addresses(node: psutil.Process) -> set[str]:
 def test_a_run_from_start_to_end(launch: Launch) -> None:
     run = launch("--reaches", "1", "--seed", "100")
     terminal = listen_from_a_terminal_of_the_users(run, "/joint_states")
-    run.wait_for("moving")
-    nodes = run.nodes()
+    nodes = nodes_of_moving_robot(run)
     assert len(nodes) == 5
     for name, node in nodes.items():
         # On this machine alone, and over nothing that a killed node could leave locked.
