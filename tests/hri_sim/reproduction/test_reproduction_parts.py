@@ -21,6 +21,7 @@ from hri_sim.reproduction import (
     drawing,
     failures,
     headline,
+    people,
     postures,
     scenes,
     surfaces,
@@ -251,3 +252,15 @@ def test_work_that_plans_have_in_common_is_counted_once():
         2 * 2.0 * (len(headline.PLANNERS) + 1) / 3600.0, abs=1e-3
     )
     assert f"| `{OURS}` | – | 2000 |" in "\n".join(times.lines(found))
+
+
+# ------------------------------------------------------------------ people
+def test_motions_that_leave_the_goal_again_are_counted():
+    def outcome(unit):
+        gone = unit.planner == people.COMPARED[0] and unit.task
+        return [replace(GOOD, hold_error=0.02 if gone else 1e-4)]
+
+    plans = people.people_plans(Scope((0,), smoke=True))
+    text = "\n".join(people.people_lines({n: measured(p, outcome) for n, p in plans.items()}))
+    rows = [line for line in text.splitlines() if line.startswith("| as drawn")]
+    assert [row.split("|")[-3].strip() for row in rows] == ["50.0 %", "0.0 %", "0.0 %"]

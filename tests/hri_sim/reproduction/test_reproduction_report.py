@@ -71,6 +71,16 @@ def test_missed_bars_are_looked_at_and_met_ones_are_not():
     assert missed.lines(met, found) == ["No bar of the benchmark was missed.\n"]
 
 
+def test_what_was_tried_for_bars_of_other_commands_is_said(tmp_path):
+    kernel = judge_elsewhere(tmp_path)[0]
+    low = {**kernel, "measured": 51.0, "met": False}
+    text = "\n".join(missed.lines([low], {}))
+    assert f"### {kernel['what']}: 51 ×, wanted ≥ 60 ×" in text
+    assert missed.TRIED_ELSEWHERE[kernel["what"]] in text
+    unknown = missed.lines([kernel], {})
+    assert unknown == ["No bar of the benchmark was missed.\n"]
+
+
 # ------------------------------------------------------------------ leads
 def test_leads_are_taken_apart():
     outcomes = {ITOMP: BAD, leads.TIMING: SLOW}

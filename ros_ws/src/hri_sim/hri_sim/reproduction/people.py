@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from hri_sim.benchmark.execution import MUJOCO, PAPER
+from hri_sim.benchmark.outcome import GOAL_M
 from hri_sim.benchmark.planners import PLANNERS, find_planners
 from hri_sim.benchmark.report import SHARE_HEADS, markdown_table, share_text
 from hri_sim.benchmark.run import Plan
@@ -46,15 +47,26 @@ def people_lines(measured: Mapping[str, Measured]) -> list[str]:
         feasible = share_text(one.results["oracle_feasible"], None)
         for planner, found in one.results["planners"].items():
             shares = [share_text(found[key], found["ci95"][key]) for key in SHARE_HEADS]
-            rows.append([name, f"`{planner}`", *shares, feasible])
+            left = share_text(_left_goal(one, planner), None)
+            rows.append([name, f"`{planner}`", *shares, left, feasible])
     text = [f"- {name}: {VARIATIONS[name].text}." for name in measured if name != "as drawn"]
     return [
         f"{extent(measured)}, F = 1. Planners and predictors know "
         "nothing of what is otherwise; the last column can be reached with perfect prediction and a large "
-        "budget.\n",
-        markdown_table(["what", "planner", *SHARE_HEADS.values(), "perfect"], rows),
+        "budget. Left: ok, but within 0.6 s the tool was more than 1 cm off the goal again. A planner that "
+        "keeps clear at the goal too gives way to all that it is told there, noise included.\n",
+        markdown_table(["what", "planner", *SHARE_HEADS.values(), "left", "perfect"], rows),
         "\n".join(text) + "\n",
     ]
+
+
+def _left_goal(measured: Measured, planner: str) -> float:
+    """Share of motions that are ok and then leave the goal."""
+    outcomes = [
+        o for unit, d in measured.done.items() if unit.planner == planner for o in d.outcomes
+    ]
+    left = [o.ok and o.hold_error is not None and o.hold_error > GOAL_M for o in outcomes]
+    return sum(left) / len(left)
 
 
 def mujoco_plans(scope: Scope) -> dict[str, Plan]:

@@ -93,10 +93,11 @@ def lines(measured: Mapping[str, Measured]) -> list[str]:
         f"{extent(measured)}. Below each table: what the first "
         "planner has more than each other, in the same conditions.\n"
     ]
-    for one in measured.values():
+    for name, one in measured.items():
         planners, differences = one.results["planners"], one.results["differences"]
+        slowdown = f"F = {one.results['budget']:g}"
         parts += [
-            f"F = {one.results['budget']:g}:\n",
+            f"### {slowdown if name.startswith('F') else f'{name.capitalize()}, {slowdown}'}\n",
             _values_table(planners),
             difference_table(differences),
             paired_table(differences),
