@@ -84,7 +84,9 @@ def test_what_was_tried_for_bars_of_other_commands_is_said(tmp_path):
 # ------------------------------------------------------------------ leads
 def test_leads_are_taken_apart():
     outcomes = {ITOMP: BAD, leads.TIMING: SLOW}
-    one = measured(leads.PLANNERS, 64.0, lambda unit: outcomes.get(unit.planner, GOOD))
+    plan = leads.plans(SMOKE)["F64"]
+    done = {unit: Done(unit, (outcomes.get(unit.planner, GOOD),), 2.0) for unit in plan.units}
+    one = Measured(plan, done, summarise(plan, done))
     found = leads.leads(one)
     assert found[f"{OURS} - {ITOMP}"]["ok"] == 1.0
     assert found[f"{OURS} - {leads.VELOCITY}"]["ok"] == 0.0

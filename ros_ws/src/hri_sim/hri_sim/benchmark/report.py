@@ -40,7 +40,8 @@ MEANINGS = (
     "clearance and time to collision are the smallest of each motion; iterations include those of the "
     "hold. In brackets: 95 % intervals "
     "of as many independent trials as the tasks make, not the motions: those of a task are alike. Shares: "
-    "Clopper and Pearson's, with the number of tasks where all or none succeed. Means: a bootstrap."
+    "Clopper and Pearson's; where all or none succeed, as far as if one motion had come out otherwise. "
+    "Means: a bootstrap."
 )
 
 

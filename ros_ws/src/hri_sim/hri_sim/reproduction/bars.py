@@ -148,7 +148,8 @@ def bar_lines(judged: Sequence[Mapping[str, Any]]) -> list[str]:
         for bar, word in zip(judged, verdicts, strict=True)
     ]
     return [
-        f"Wanted and measured, of `{OURS}`: {', '.join(counts)}.",
+        f"Wanted and measured, of `{OURS}`: {', '.join(counts)}. Measured values count, not intervals; "
+        "a lead counts once for each F.",
         "",
-        markdown_table(["what", "measured", "wanted", "", "measured where"], rows),
+        markdown_table(["what", "measured", "wanted", "verdict", "measured where"], rows),
     ]

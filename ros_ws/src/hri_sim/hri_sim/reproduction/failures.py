@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -64,6 +65,7 @@ class Failure:
             "person_begins_s": reach.person_delay,
             "person_ends_s": reach.person_delay + reach.person_duration,
             "hold_clearance_m": outcome.hold_clearance,
+            "hold_error_m": outcome.hold_error,
             "time_to_goal_s": outcome.time_to_goal,
             "goal_error_m": outcome.goal_error,
             "speed_share": outcome.speed_share,
@@ -143,7 +145,10 @@ def lines(failures: Sequence[Mapping[str, Any]], of: int, slowdown: float) -> li
         "Robot at rest: when they touched, or were nearest. Conditions: different ones, whatever the "
         "seed.\n",
         markdown_table(head, rows),
-        f"The {len(listed)} with the smallest clearance:\n",
+        _where(failures),
+        "All of them:\n"
+        if len(listed) == len(failures)
+        else f"The {len(listed)} with the smallest clearance:\n",
         markdown_table(
             [
                 "task / condition / seed",
@@ -156,6 +161,24 @@ def lines(failures: Sequence[Mapping[str, Any]], of: int, slowdown: float) -> li
         ),
     ]
     return parts
+
+
+def _where(failures: Sequence[Mapping[str, Any]]) -> str:
+    """In which tasks, and with what and when there was contact."""
+    tasks = Counter(found["task"] for found in failures)
+    text = ", ".join(f"{task} ({count})" for task, count in tasks.most_common())
+    parts = [f"Tasks (motions): {text}."]
+    touched = [found for found in failures if found["cause"] == "contact"]
+    if touched:
+        pairs = Counter(f"{found['robot_part']} and {found['limb']}" for found in touched)
+        met = ", ".join(f"{pair} ({count})" for pair, count in pairs.most_common())
+        times = [found["contact_s"] for found in touched]
+        moving = sum(f["person_begins_s"] <= f["contact_s"] <= f["person_ends_s"] for f in touched)
+        parts.append(
+            f"Contact of robot and person (motions): {met}; {min(times):.2f} to {max(times):.2f} s after "
+            f"the start, in {moving} of {len(touched)} while the person moved."
+        )
+    return " ".join(parts) + "\n"
 
 
 def _row(found: Mapping[str, Any]) -> list[str]:
@@ -183,5 +206,7 @@ def _words(found: Mapping[str, Any]) -> str:
             return f"{100.0 * found['speed_share']:.0f} % of the speed limits"
         case "table":
             return f"table touched by {-1e3 * found['table_clearance_m']:.0f} mm"
+        case "drifted":
+            return f"arrived, then {1e3 * found['hold_error_m']:.0f} mm off the goal"
         case cause:
             return CAUSES[cause]

@@ -10,7 +10,7 @@ from hri_sim.benchmark.planners import PLANNERS, find_planners
 from hri_sim.benchmark.report import SHARE_HEADS, markdown_table, share_text
 from hri_sim.benchmark.run import Plan
 from hri_sim.benchmark.variation import CHANGES_TARGET, STOPS, Variation
-from hri_sim.reproduction.bars import ITOMP, OURS
+from hri_sim.reproduction.bars import ITOMP, OURS, SLOWDOWNS
 from hri_sim.reproduction.leads import VELOCITY
 from hri_sim.reproduction.section import FEW, Measured, Scope, extent
 
@@ -30,12 +30,13 @@ COMPARED = (OURS, VELOCITY, ITOMP)
 
 
 def people_plans(scope: Scope) -> dict[str, Plan]:
-    """One for each variation, on the reference machine."""
+    """One for each variation and machine."""
     names = list(VARIATIONS)[:: len(VARIATIONS) - 1] if scope.smoke else VARIATIONS
     return {
-        name: scope.first.plan(
-            find_planners(COMPARED), 1.0, conditions=FEW, variation=VARIATIONS[name]
+        f"{name}, F = {slow:g}": scope.first.plan(
+            find_planners(COMPARED), slow, conditions=FEW, variation=VARIATIONS[name]
         )
+        for slow in SLOWDOWNS
         for name in names
     }
 
@@ -48,14 +49,19 @@ def people_lines(measured: Mapping[str, Measured]) -> list[str]:
         for planner, found in one.results["planners"].items():
             shares = [share_text(found[key], found["ci95"][key]) for key in SHARE_HEADS]
             left = share_text(_left_goal(one, planner), None)
-            rows.append([name, f"`{planner}`", *shares, left, feasible])
-    text = [f"- {name}: {VARIATIONS[name].text}." for name in measured if name != "as drawn"]
+            taken = found["time_to_goal_s"]
+            time = "–" if taken is None else f"{taken:.2f}"
+            rows.append([name, f"`{planner}`", *shares, left, time, feasible])
+    drawn = {name: one.plan.variation for name, one in measured.items()}
+    text = {f"- {name.partition(',')[0]}: {v.text}.": None for name, v in drawn.items() if v.text}
     return [
-        f"{extent(measured)}, F = 1. Planners and predictors know "
+        f"{extent(measured)}. Planners and predictors know "
         "nothing of what is otherwise; the last column can be reached with perfect prediction and a large "
         "budget. Left: ok, but within 0.6 s the tool was more than 1 cm off the goal again. A planner that "
         "keeps clear at the goal too gives way to all that it is told there, noise included.\n",
-        markdown_table(["what", "planner", *SHARE_HEADS.values(), "left", "perfect"], rows),
+        markdown_table(
+            ["what", "planner", *SHARE_HEADS.values(), "left", "time to goal [s]", "perfect"], rows
+        ),
         "\n".join(text) + "\n",
     ]
 

@@ -45,15 +45,16 @@ def draw_all(
     worst = surfaces.worst_cell(grid, costs["uncertain"])
     text = (
         f"Parameters {paths.GOOD} that the thesis finds good, {paths.POOR} with which its robot collides, "
-        f"and the cell of the highest costs above, {worst}, with prediction (figure 6.4); seed {seed}. "
+        f"and the cell of the highest costs above, {worst}, with prediction (figure 6.4); seed {seed}, "
+        "which need not be the one that made these costs high. "
         f"The robot is that of {paths.GOOD}; dotted: the three instants. {where}"
     )
     paths.draw_parameters(grid.scene, worst, seed, add("parameters", text))
     scene, rule = scenes.compared(headline)
     text = (
         f"`{OURS}` beside `{ITOMP}` (figure 6.6), both at the moment at which `{ITOMP}` is nearest to the "
-        f"person; F = {slowdown:g}, seed {seed}. Green ring: the robot's goal. Scene {named(scene)}: "
-        f"{rule}."
+        f"person; F = {slowdown:g}, seed {seed}. They differ in margin, time scaling and ways around too, "
+        f"not in the prediction alone. Green ring: the robot's goal. Scene {named(scene)}: {rule}."
     )
     paths.draw_comparison(scene, slowdown, seed, add("comparison", text))
     pair = postures.find_pair(scenes.in_order(headline.plan), slowdown, seed)

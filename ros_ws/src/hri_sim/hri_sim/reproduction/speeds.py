@@ -33,7 +33,7 @@ def lines(measured: Mapping[str, Measured]) -> list[str]:
     found = [one.results for one in measured.values()]
     slow = [f"F = {results['budget']:g}" for results in found]
     order = (PERFECT.name, *BETWEEN, UNSEEN.name, *PEERS)
-    parts = [f"{extent(measured)}. PTOMP with predictions from the best to none, then its peers:\n"]
+    parts = [f"{extent(measured)}. PTOMP with other predictions, then its peers:\n"]
     for key, words in _SHOWN.items():
         rows = [
             [

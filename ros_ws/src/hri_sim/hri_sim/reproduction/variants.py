@@ -18,6 +18,7 @@ from hri_sim.benchmark.report import (
 )
 from hri_sim.benchmark.run import Plan
 from hri_sim.reproduction.bars import OURS
+from hri_sim.reproduction.bars import SLOWDOWNS as HEADLINE_SLOWDOWNS
 from hri_sim.reproduction.section import FEW, Measured, Scope, extent
 
 ABLATIONS = (
@@ -43,18 +44,19 @@ def ablation_plans(scope: Scope) -> dict[str, Plan]:
 
 
 def robustness_plans(scope: Scope) -> dict[str, Plan]:
-    """One for each setting, on the reference machine."""
+    """One for each setting and machine."""
     changed = {
         "kappa": [with_kappa(kappa) for kappa in KAPPAS],
         "margin": [with_margin(margin) for margin in MARGINS_M],
         "iterations": [with_iterations(most) for most in ITERATIONS],
     }
     return {
-        name: scope.first.plan(
+        f"{name}, F = {slow:g}": scope.first.plan(
             (PLANNERS[OURS], *(setups[:: len(setups) - 1] if scope.smoke else setups)),
-            1.0,
+            slow,
             conditions=FEW,
         )
+        for slow in HEADLINE_SLOWDOWNS
         for name, setups in changed.items()
     }
 
@@ -97,13 +99,13 @@ def lines(measured: Mapping[str, Measured]) -> list[str]:
         planners, differences = one.results["planners"], one.results["differences"]
         slowdown = f"F = {one.results['budget']:g}"
         parts += [
-            f"### {slowdown if name.startswith('F') else f'{name.capitalize()}, {slowdown}'}\n",
+            f"### {slowdown if slowdown not in name else name[0].upper() + name[1:]}\n",
             _values_table(planners),
             difference_table(differences),
             paired_table(differences),
-            "\n".join(f"- `{n}`: {found['text']}." for n, found in planners.items()) + "\n",
         ]
-    return parts
+    texts = {n: f["text"] for one in measured.values() for n, f in one.results["planners"].items()}
+    return [*parts, "\n".join(f"- `{name}`: {text}." for name, text in texts.items()) + "\n"]
 
 
 def _values_table(planners: Mapping[str, Mapping[str, Any]]) -> str:
