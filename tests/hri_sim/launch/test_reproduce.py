@@ -155,7 +155,7 @@ def test_a_run_that_failed_does_not_cost_the_benchmark(
     assert "no run went well" in done.output
     results: dict[str, Any] = {"seeds": [1, 2]}
     results |= {"outcomes": ["reached"], "failures": {2: "the recorder died"}}
-    figures = ("lost_messages", "cpu_share", "replan_miss_share", "recorder_msgs_per_s")
+    figures = ("lost_messages", "cpu_share", "replan_miss_share", "replans", "recorder_msgs_per_s")
     nothing = {"p50": None, "p99": None}
     results |= {"rates_hz": {}, "sim_realtime_factor": 30.0} | dict.fromkeys(figures, 0)
     results["latency_ms"] = {"mocap_to_prediction": nothing, "mocap_to_trajectory": nothing}

@@ -25,7 +25,7 @@ def test_every_file_with_results_says_so(tmp_path: Path) -> None:
     write_replay(tmp_path, ORIGIN, {}, [])
     latencies = {"mocap_to_prediction": nothing, "mocap_to_trajectory": nothing}
     results = {"origin": ORIGIN, "seeds": [1], "outcomes": ["reached"], "latency_ms": latencies}
-    figures = ("lost_messages", "cpu_share", "replan_miss_share", "recorder_msgs_per_s")
+    figures = ("lost_messages", "cpu_share", "replan_miss_share", "replans", "recorder_msgs_per_s")
     results |= {"rates_hz": {}, "sim_realtime_factor": 30.0} | dict.fromkeys(figures, 0)
     write_results(tmp_path, results, {"a": np.zeros(3), "b": np.ones(3)})
     line = origin_line(ORIGIN)
