@@ -264,3 +264,5 @@ def test_motions_that_leave_the_goal_again_are_counted():
     text = "\n".join(people.people_lines({n: measured(p, outcome) for n, p in plans.items()}))
     rows = [line for line in text.splitlines() if line.startswith("| as drawn")]
     assert [row.split("|")[-4].strip() for row in rows] == 2 * ["50.0 %", "0.0 %", "0.0 %"]
+    said = [line for line in text.splitlines() if line.startswith("- ")]
+    assert said == ["- person changes target: the person goes to another target in mid-reach."]

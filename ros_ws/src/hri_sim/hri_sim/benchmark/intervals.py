@@ -47,25 +47,22 @@ def share_interval(sums: FloatArray) -> list[float]:
     """Interval of a share, from successes and trials by task (Korn and Graubard 1998).
 
     Clopper and Pearson's, for as many independent trials as would vary as much as the tasks do. Where all
-    or none succeed nothing varies, and nothing says how alike the motions of a task are: then it reaches as
-    far as if one motion had come out otherwise. Of fewer than two tasks nothing is known: 0 to 1.
+    or none succeed nothing varies: then there are as many trials as tasks. Of fewer than two tasks nothing
+    is known: 0 to 1.
     """
     sums = sums[sums[:, 1] > 0.0]
     tasks, share = len(sums), mean_of(sums)
     if tasks < 2 or share is None:
         return [0.0, 1.0]
-    if share in (0.0, 1.0):
-        other = sums.copy()
-        other[0, 0] += 1.0 if share == 0.0 else -1.0
-        low, high = share_interval(other)
-        return [low, 1.0] if share == 1.0 else [0.0, high]
-    spread = tasks / (tasks - 1.0) * float((_residuals(sums, share) ** 2).sum())
-    independent = share * (1.0 - share) / spread if spread > 0.0 else np.inf
-    narrowing = (stats.norm.ppf(_TAIL) / stats.t.ppf(_TAIL, tasks - 1)) ** 2
-    trials = max(min(independent, float(sums[:, 1].sum())) * narrowing, 1.0)
+    trials = float(tasks)
+    if 0.0 < share < 1.0:
+        spread = tasks / (tasks - 1.0) * float((_residuals(sums, share) ** 2).sum())
+        independent = share * (1.0 - share) / spread if spread > 0.0 else np.inf
+        narrowing = (stats.norm.ppf(_TAIL) / stats.t.ppf(_TAIL, tasks - 1)) ** 2
+        trials = max(min(independent, float(sums[:, 1].sum())) * narrowing, 1.0)
     good, bad = share * trials, (1.0 - share) * trials
-    low = float(stats.beta.ppf(_TAIL, good, bad + 1.0))
-    high = float(stats.beta.ppf(1.0 - _TAIL, good + 1.0, bad))
+    low = float(stats.beta.ppf(_TAIL, good, bad + 1.0)) if good > 0.0 else 0.0
+    high = float(stats.beta.ppf(1.0 - _TAIL, good + 1.0, bad)) if bad > 0.0 else 1.0
     return [min(low, share), max(high, share)]
 
 

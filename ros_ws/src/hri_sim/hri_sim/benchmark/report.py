@@ -40,8 +40,8 @@ MEANINGS = (
     "clearance and time to collision are the smallest of each motion; iterations include those of the "
     "hold. In brackets: 95 % intervals "
     "of as many independent trials as the tasks make, not the motions: those of a task are alike. Shares: "
-    "Clopper and Pearson's; where all or none succeed, as far as if one motion had come out otherwise. "
-    "Means: a bootstrap."
+    "Clopper and Pearson's; where all or none succeed, nothing says how alike motions are, and only tasks "
+    "count: such an interval is wider than that of one failure. Means: a bootstrap."
 )
 
 

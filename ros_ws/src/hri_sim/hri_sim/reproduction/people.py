@@ -9,7 +9,7 @@ from hri_sim.benchmark.outcome import GOAL_M
 from hri_sim.benchmark.planners import PLANNERS, find_planners
 from hri_sim.benchmark.report import SHARE_HEADS, markdown_table, share_text
 from hri_sim.benchmark.run import Plan
-from hri_sim.benchmark.variation import CHANGES_TARGET, STOPS, Variation
+from hri_sim.benchmark.variation import AS_DRAWN, CHANGES_TARGET, STOPS, Variation
 from hri_sim.reproduction.bars import ITOMP, OURS, SLOWDOWNS
 from hri_sim.reproduction.leads import VELOCITY
 from hri_sim.reproduction.section import FEW, Measured, Scope, extent
@@ -52,8 +52,9 @@ def people_lines(measured: Mapping[str, Measured]) -> list[str]:
             taken = found["time_to_goal_s"]
             time = "–" if taken is None else f"{taken:.2f}"
             rows.append([name, f"`{planner}`", *shares, left, time, feasible])
-    drawn = {name: one.plan.variation for name, one in measured.items()}
-    text = {f"- {name.partition(',')[0]}: {v.text}.": None for name, v in drawn.items() if v.text}
+    asked = {one.plan.variation for one in measured.values()}
+    asked.discard(AS_DRAWN)
+    text = [f"- {name}: {v.text}." for name, v in VARIATIONS.items() if v in asked]
     return [
         f"{extent(measured)}. Planners and predictors know "
         "nothing of what is otherwise; the last column can be reached with perfect prediction and a large "
