@@ -26,6 +26,7 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
+            "policy = hri_planner.nodes.policy_node:main",
             "ptomp = hri_planner.nodes.ptomp_node:main",
         ]
     },

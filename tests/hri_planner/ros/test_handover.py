@@ -7,7 +7,6 @@ import pytest
 
 from hri_planner.ptomp.plan import JointPlan
 from hri_planner.ptomp.planner import PlannerSnapshot
-from hri_planner.ptomp.result import ReplanResult
 from hri_planner.ros.handover import OFF_PATH_RAD, Handover
 from hri_planner.ros.inputs import Inputs
 from hri_planner.ros.tracker import MAX_LATENESS_NS
@@ -72,10 +71,9 @@ class Scene:
 
     def send(self, plan: JointPlan, due_ns: int) -> None:
         """A plan is sent."""
-        before = self.planner.snapshot()
+        before = self.planner.plan
         self.planner.plan = plan
-        result = ReplanResult(plan, "reaching", True, "", 1, {}, 1.0, None, 0.0)
-        self.handover.sent(due_ns, before, result)
+        self.handover.sent(due_ns, before, plan)
 
     def says(self, now_ns: int, due_ns: int, start_s: float, rate: float = 1.0) -> None:
         """The controller is on the plan that was due then, since then at full speed."""

@@ -17,7 +17,7 @@ from hri_planner.supervision.decision import (
     Seen,
     Verdict,
 )
-from hri_planner.supervision.freshness import Controller, Heard, HeardPrediction, Limits
+from hri_planner.supervision.freshness import Controller, Heard, HeardPerson, Limits
 from hri_planner.supervision.rules import Rules
 from hri_planner.supervision.supervisor import Supervisor
 
@@ -74,7 +74,7 @@ class Facts:
             )
         predictions = {}
         if made is not None:
-            predictions["p1"] = HeardPrediction(made, bool(self.invalid), self.invalid)
+            predictions["p1"] = HeardPerson(made, bool(self.invalid), self.invalid)
         heard = Heard(
             stamp(self.joints_age), controller, self.controller_fault, self.tracked, predictions
         )

@@ -1,4 +1,4 @@
-"""Compiles every kernel of the planner, so that no reach pays for it."""
+"""Compiles every kernel of planner and policies, so that no reach pays for it."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from itertools import product
 
 import numpy as np
 
+from hri_planner.policy.partner import Partner
+from hri_planner.policy.tool_velocity import ToolVelocity, ToolVelocityConfig
 from hri_planner.ptomp import HumanForecast, PtompConfig, PtompPlanner, TableBox
 from hri_planner.ptomp.costs import CostModel
 from hri_planner.robot import load_robot
@@ -34,3 +36,6 @@ def warm_kernels() -> None:
         costs.clearances(np.tile(start[:, None], (1, 1, 5)))  # asked for when there is a contact
     axes = np.stack((arm[:-1], arm[1:]), axis=1)
     capsule_distances(robot.robot_capsules(start), robot.capsule_radii, axes, radii)
+    inverse = ToolVelocity(robot, ToolVelocityConfig())
+    inverse.joint_speeds(start, np.zeros(7), goal, np.zeros(3), 0.004)
+    Partner(arm[-1], np.zeros(3), joints=arm, speeds=np.zeros((4, 3))).distance(goal)

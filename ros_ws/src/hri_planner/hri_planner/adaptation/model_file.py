@@ -77,13 +77,18 @@ def load_model(path: str | Path) -> AnySelection:
         raise DataError(f"{path}: {error}") from error
 
 
+POLICY_PREFIX = "rnn_"
+"""Policies, which ship in the same folder, are no models of adaptation."""
+
+
 def _folder() -> Path:
     return Path(str(resources.files("hri_planner.models")))
 
 
 def shipped_names() -> list[str]:
     """The models that ship with the package."""
-    return sorted(found.stem for found in _folder().glob("*.npz"))
+    names = sorted(found.stem for found in _folder().glob("*.npz"))
+    return [name for name in names if not name.startswith(POLICY_PREFIX)]
 
 
 def shipped_path(name: str) -> Path:

@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 
 from hri_planner.adaptation.model_file import find_model
 from hri_planner.adaptation.online import OnlineAdaptation
+from hri_planner.nodes.motions import Failed
 from hri_planner.nodes.ptomp_config import PtompNodeConfig
 from hri_planner.ptomp.budget import ADAPTATION_S, START_S, VirtualTimeBudget, replan_charge
 from hri_planner.ptomp.config import PtompConfig
 from hri_planner.ptomp.costs import TableBox
+from hri_planner.ptomp.plan import JointPlan
 from hri_planner.ptomp.planner import PlannerSnapshot, PtompPlanner
 from hri_planner.ptomp.result import ReplanResult
 from hri_planner.robot.model import RobotModel
@@ -48,6 +50,11 @@ class Cycle:
     result: ReplanResult
     compute_s: float
 
+    @property
+    def plan(self) -> JointPlan:
+        """The plan."""
+        return self.result.plan
+
     def ready(self, due_ns: int | None) -> ReadyPlan:
         """The plan, when its first point is due [ns]; none: the robot will not be there."""
         return ReadyPlan(
@@ -66,14 +73,6 @@ class Cycle:
         if self.result.stage == "holding":
             return True
         return self.result.stage == "reaching" and plan_time_s >= self.result.plan.end_s - 1e-9
-
-
-@dataclass(frozen=True)
-class Failed:
-    """A replan that brought no plan: the motion, and why."""
-
-    number: int
-    text: str
 
 
 class Replanning:
@@ -140,15 +139,8 @@ class Replanning:
         Raises:
             PlanningError: when there is no way to the goal.
         """
-        q, qd = self._inputs.q, self._inputs.qd
         state = self.handover.state_at(handover_ns)
-        reference = self._inputs.reference
-        if state is not None:
-            q, qd = state[0], state[1]
-        elif reference is not None:
-            # What the controller asks for, not what the joints make of it: no step at hand-over.
-            q = np.array(reference.reference_position)
-            qd = np.array(reference.reference_velocity)
+        q, qd = self._inputs.state if state is None else state[:2]
         if self._adaptation is None:
             self.planner.start(q, qd, goal.target, goal.duration_s, 0.0)
         else:

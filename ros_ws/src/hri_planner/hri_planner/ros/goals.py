@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from geometry_msgs.msg import PoseStamped
 from numpy.typing import NDArray
 
 from hri_prediction.errors import PlanningError
@@ -39,11 +40,20 @@ def target_of(goal: ReachTarget.Goal, targets: Mapping[str, FloatArray]) -> Floa
                 expected=", ".join(targets) or "a pose: no named targets are configured",
             )
         return targets[goal.target].copy()
-    if goal.pose.header.frame_id not in ("", WORLD, "lwr_base"):
+    return position_of(goal.pose)
+
+
+def position_of(pose: PoseStamped) -> FloatArray:
+    """Position (3,) [m] of a pose that the tool is to take.
+
+    Raises:
+        PlanningError: when its frame is unknown, or it is not finite.
+    """
+    if pose.header.frame_id not in ("", WORLD, "lwr_base"):
         raise PlanningError(
-            f"goal is in frame {goal.pose.header.frame_id!r}", expected="world or lwr_base"
+            f"goal is in frame {pose.header.frame_id!r}", expected="world or lwr_base"
         )
-    position = goal.pose.pose.position
+    position = pose.pose.position
     target = np.array([position.x, position.y, position.z])
     if not np.isfinite(target).all():
         raise PlanningError(f"goal position {target.tolist()}", expected="finite numbers [m]")

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hri_planner.ptomp.planner import PlannerSnapshot, PtompPlanner, ReplanResult
-from hri_planner.ros.inputs import Inputs
+from hri_planner.ptomp.plan import JointPlan
+from hri_planner.ros.inputs import RobotInputs
 from hri_planner.ros.tracker import MAX_LATENESS_NS, PlanTracker, Progress, Published
 from hri_planner.supervision.stop import STANDING_RATE
 from hri_prediction.ros.messages import ControllerState
@@ -27,6 +28,31 @@ _SAME_NS = 1000
 """Times that differ by less are one, but for rounding [ns]."""
 
 
+class LivePlanner(Protocol):
+    """What a planner must be able to do for the robot to be led by its plans.
+
+    Attributes:
+        plan: The newest; none before the first motion.
+    """
+
+    plan: JointPlan | None
+
+    def resync(self, q: FloatArray, qd: FloatArray, time_s: float) -> None:
+        """Go on from joint angles and speeds (7,), (7,) at a time of the plan clock."""
+
+    def follow(self, plan: JointPlan) -> None:
+        """The robot is on this plan of the present motion."""
+
+    def snapshot(self) -> Any:
+        """What the next replan starts from; has the ``plan`` too."""
+
+    def restore(self, snapshot: Any) -> None:
+        """Go back to an earlier state."""
+
+
+PlannerT = TypeVar("PlannerT", bound=LivePlanner)
+
+
 @dataclass(frozen=True)
 class Joint:
     """Where a plan joins what the robot is on.
@@ -40,7 +66,7 @@ class Joint:
     plan_time_s: float
 
 
-class Handover:
+class Handover(Generic[PlannerT]):
     """Keeps the planner's idea of the motion and the controller's together.
 
     Args:
@@ -59,8 +85,8 @@ class Handover:
 
     def __init__(
         self,
-        planner: PtompPlanner,
-        inputs: Inputs,
+        planner: PlannerT,
+        inputs: RobotInputs,
         *,
         arrival_ns: int,
         interval_ns: int,
@@ -182,11 +208,16 @@ class Handover:
         self.off_path += 1
         return None
 
-    def sent(self, due_ns: int, before: PlannerSnapshot, result: ReplanResult) -> None:
-        """Note a plan that is being sent, whose first point is due at ``due_ns``."""
-        path = self._sent.with_lead_in(before.plan, result.plan)
-        snapshot = self.planner.snapshot()
-        self._sent.add(Published(due_ns, result.plan.start_s, path, snapshot))
+    def sent(self, due_ns: int, before: JointPlan | None, plan: JointPlan) -> None:
+        """Note a plan that is being sent.
+
+        Args:
+            due_ns: When its first point is due [ns].
+            before: The plan that it was made from.
+            plan: The plan.
+        """
+        path = self._sent.with_lead_in(before, plan)
+        self._sent.add(Published(due_ns, plan.start_s, path, self.planner.snapshot()))
 
     def _progress(self, handover_ns: int) -> Progress | None:
         arrival_ns = handover_ns - self._interval_ns + self._arrival_ns

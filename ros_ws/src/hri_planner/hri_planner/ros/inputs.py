@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from hri_planner.ptomp.forecast import HumanForecast
 from hri_planner.ptomp.situation import WRIST, PredictionError, uncertainty
 from hri_planner.robot.model import RobotModel
 from hri_planner.ros.conversions import forecast_from_message, reference_from_message
-from hri_planner.supervision.freshness import Controller, Heard, HeardPrediction
+from hri_planner.supervision.freshness import Controller, Heard, HeardPerson
 from hri_prediction.errors import DataError
 from hri_prediction.geometry.segments import capsule_distances
 from hri_prediction.ros.messages import ControllerState, HumanPrediction
@@ -24,24 +25,29 @@ NOBODY = 1e9
 
 
 @dataclass
-class Inputs:
-    """Newest inputs; times on the ROS clock [ns].
+class RobotInputs:
+    """Newest messages of robot and controller; times on the ROS clock [ns].
 
     Attributes:
-        radii: Of upper arm, forearm and hand (3,) [m].
+        radii: Of a person's upper arm, forearm and hand (3,) [m].
+        tracked: Who is tracked; none while nobody has said so.
+        reference: What the controller said last.
         reference_fault: What is wrong with the controller's newest reference; empty when it is used.
+        joints_ns: Stamp of the newest joint states [ns].
+        q: Joint angles (7,) [rad].
+        qd: Joint speeds (7,) [rad/s].
     """
+
+    what: ClassVar[str]
+    """What is heard of people."""
 
     radii: FloatArray
     tracked: tuple[str, ...] | None = None
-    predictions: dict[str, HumanPrediction] = field(default_factory=dict)
     reference: ControllerState | None = None
     reference_fault: str = ""
     joints_ns: int | None = None
     q: FloatArray = field(default_factory=lambda: np.zeros(7))
     qd: FloatArray = field(default_factory=lambda: np.zeros(7))
-    _uncertainty: dict[str, float] = field(default_factory=dict)
-    _error: dict[str, PredictionError] = field(default_factory=dict)
 
     def take_reference(self, message: ControllerState, joint_names: tuple[str, ...]) -> None:
         """Take what the controller says; what cannot be used leaves the one before, which grows old.
@@ -56,8 +62,21 @@ class Inputs:
             raise
         self.reference_fault = ""
 
+    @property
+    def state(self) -> tuple[FloatArray, FloatArray]:
+        """Joint angles and speeds that a motion from here begins with (7,), (7,).
+
+        What the controller asks for, not what the joints make of it: no step at hand-over.
+        """
+        if self.reference is None:
+            return self.q, self.qd
+        return (
+            np.array(self.reference.reference_position),
+            np.array(self.reference.reference_velocity),
+        )
+
     def heard(self) -> Heard:
-        """What it is, and from when."""
+        """What was heard, and from when."""
         reference, controller = self.reference, None
         if reference is not None:
             controller = Controller(
@@ -67,22 +86,69 @@ class Inputs:
                 rate=float(reference.speed_scale),
                 reason=reference.reason,
             )
-        predictions = {
-            body_id: HeardPrediction(
+        return Heard(
+            self.joints_ns,
+            controller,
+            self.reference_fault,
+            self.tracked,
+            self.people_heard(),
+            self.what,
+        )
+
+    def people_heard(self) -> dict[str, HeardPerson]:
+        """From when what is known of each person is, and whether it may be used, by body id."""
+        raise NotImplementedError
+
+    def arms_now(self) -> list[FloatArray]:
+        """Keypoints (4, 3) [m] of each tracked arm, as far as known."""
+        raise NotImplementedError
+
+    def newest_sample_ns(self) -> int:
+        """Oldest among the newest samples of the tracked arms [ns]; 0 when nobody is tracked."""
+        raise NotImplementedError
+
+    def forget(self) -> None:
+        """Drop what the robot said, because its stamps mean nothing any more."""
+        self.reference, self.reference_fault = None, ""
+        self.joints_ns = None
+
+    def separation(self, robot: RobotModel) -> float:
+        """Smallest surface distance robot-person now [m]."""
+        smallest = math.inf
+        capsules = robot.robot_capsules(self.q)
+        for keypoints in self.arms_now():
+            limbs = np.stack((keypoints[:-1], keypoints[1:]), axis=1)
+            distances = capsule_distances(capsules, robot.capsule_radii, limbs, self.radii)
+            smallest = min(smallest, float(distances.min()))
+        return smallest if math.isfinite(smallest) else NOBODY
+
+
+@dataclass
+class Inputs(RobotInputs):
+    """Newest inputs of a planner that hears predictions of people."""
+
+    what = "prediction"
+
+    predictions: dict[str, HumanPrediction] = field(default_factory=dict)
+    _uncertainty: dict[str, float] = field(default_factory=dict)
+    _error: dict[str, PredictionError] = field(default_factory=dict)
+
+    def people_heard(self) -> dict[str, HeardPerson]:
+        """From when each prediction is, and whether it may be used."""
+        return {
+            body_id: HeardPerson(
                 to_ns(message.header.stamp),
                 invalid=message.state == HumanPrediction.INVALID,
                 reason=message.reason,
             )
             for body_id, message in self.predictions.items()
         }
-        return Heard(self.joints_ns, controller, self.reference_fault, self.tracked, predictions)
 
     def forget(self) -> None:
         """Drop what the robot and the predictor said, because its stamps mean nothing any more."""
+        super().forget()
         for body_id in list(self.predictions):
             self.forget_body(body_id)
-        self.reference, self.reference_fault = None, ""
-        self.joints_ns = None
 
     def take_prediction(self, message: HumanPrediction) -> None:
         """Take what is predicted of a body.
@@ -130,13 +196,6 @@ class Inputs:
         """Oldest among the newest samples of the tracked arms [ns]; 0 when nobody is tracked."""
         return min((to_ns(p.header.stamp) for p in self._used()), default=0)
 
-    def separation(self, robot: RobotModel) -> float:
-        """Smallest surface distance robot-person now [m], from the arms as they are predicted now."""
-        smallest = math.inf
-        capsules = robot.robot_capsules(self.q)
-        for prediction in self._used():
-            keypoints = np.asarray(prediction.mean[:12], dtype=float).reshape(4, 3)
-            limbs = np.stack((keypoints[:-1], keypoints[1:]), axis=1)
-            distances = capsule_distances(capsules, robot.capsule_radii, limbs, self.radii)
-            smallest = min(smallest, float(distances.min()))
-        return smallest if math.isfinite(smallest) else NOBODY
+    def arms_now(self) -> list[FloatArray]:
+        """Keypoints of each tracked arm as they are predicted for now."""
+        return [np.asarray(p.mean[:12], dtype=float).reshape(4, 3) for p in self._used()]

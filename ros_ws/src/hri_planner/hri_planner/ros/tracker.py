@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from hri_planner.ptomp.plan import JointPlan
-from hri_planner.ptomp.planner import PlannerSnapshot
 from hri_prediction.ros.messages import ControllerState
 from hri_prediction.ros.time import NANO, to_ns
 
@@ -35,7 +35,7 @@ class Published:
     due_ns: int
     start_s: float
     plan: JointPlan
-    snapshot: PlannerSnapshot
+    snapshot: Any
     earlier: bool = False
 
 

@@ -14,7 +14,7 @@ class Limits:
 
     Attributes:
         max_joint_age_s: Older joint states, or references of the controller, count as missing [s].
-        max_sample_age_s: A prediction whose newest sample is older counts as missing [s].
+        max_sample_age_s: What is heard of a person counts as missing when its newest sample is older [s].
         require_tracking: Whether nobody moves before a source says who is tracked.
     """
 
@@ -43,12 +43,12 @@ class Controller:
 
 
 @dataclass(frozen=True)
-class HeardPrediction:
-    """What is known of a prediction.
+class HeardPerson:
+    """What is known of what was heard of a person.
 
     Attributes:
         stamp_ns: Capture time of its newest sample [ns].
-        invalid: Whether its sender says that it must not be used.
+        invalid: Whether it must not be used.
         reason: Why.
     """
 
@@ -66,14 +66,16 @@ class Heard:
         controller: What the controller said last; none where no controller speaks.
         controller_fault: Why its newest message cannot be used; empty when it can.
         tracked: Who is tracked; none while nobody has said so.
-        predictions: Of those who are tracked, by body id.
+        people: What was heard of those who are tracked, by body id.
+        what: What is heard of people: predictions, or arms.
     """
 
     joints_ns: int | None = None
     controller: Controller | None = None
     controller_fault: str = ""
     tracked: tuple[str, ...] | None = None
-    predictions: Mapping[str, HeardPrediction] = field(default_factory=dict)
+    people: Mapping[str, HeardPerson] = field(default_factory=dict)
+    what: str = "prediction"
 
 
 def joints_problem(heard: Heard, limits: Limits, now_ns: int) -> str:
@@ -104,14 +106,14 @@ def problem(heard: Heard, limits: Limits, now_ns: int) -> str:
     if heard.tracked is None:
         return "nothing says who is tracked" if limits.require_tracking else ""
     for body_id in heard.tracked:
-        prediction = heard.predictions.get(body_id)
-        if prediction is None:
-            return f"no prediction of {body_id} yet"
-        if prediction.invalid:
-            return f"the prediction of {body_id} is invalid: {prediction.reason}"
-        age = (now_ns - prediction.stamp_ns) / NANO
+        person = heard.people.get(body_id)
+        if person is None:
+            return f"no {heard.what} of {body_id} yet"
+        if person.invalid:
+            return f"the {heard.what} of {body_id} is invalid: {person.reason}"
+        age = (now_ns - person.stamp_ns) / NANO
         if age > limits.max_sample_age_s:
-            return f"the newest sample behind the prediction of {body_id} is {age:.3f} s old"
+            return f"the newest sample behind the {heard.what} of {body_id} is {age:.3f} s old"
         if age < -limits.max_sample_age_s:
-            return f"the prediction of {body_id} is stamped {-age:.3f} s in the future"
+            return f"the {heard.what} of {body_id} is stamped {-age:.3f} s in the future"
     return ""

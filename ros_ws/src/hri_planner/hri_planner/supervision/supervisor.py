@@ -5,7 +5,6 @@ from __future__ import annotations
 from hri_planner.supervision.beat import Beat
 from hri_planner.supervision.decision import (
     Decision,
-    Goal,
     Interval,
     Orders,
     Outcome,
@@ -17,6 +16,7 @@ from hri_planner.supervision.decision import (
 )
 from hri_planner.supervision.freshness import NANO, Limits, joints_problem, problem
 from hri_planner.supervision.intervals import Intervals
+from hri_planner.supervision.keeper import Keeper
 from hri_planner.supervision.motion import Motion, planning
 from hri_planner.supervision.rules import Rules
 from hri_planner.supervision.stop import SETTLE_NS, Stop
@@ -27,7 +27,7 @@ CLOCK_STEP_NS = 100_000_000
 """A clock that goes back by more than this starts all anew; less is a clock being set [ns]."""
 
 
-class Supervisor:
+class Supervisor(Keeper):
     """Its methods are told what has happened, with the time, and return what is to be done.
 
     Args:
@@ -35,60 +35,18 @@ class Supervisor:
         limits: How old inputs may be.
 
     Attributes:
-        motion: The present one.
-        holding: Whether the goal of a motion that has reached it is kept, clear of people.
-        stage: What the robot does.
-        reason: Why.
-        scale: Speed scale asked of the controller, 0...1.
         intervals: The planning clock and its counts.
     """
 
     def __init__(self, rules: Rules, limits: Limits) -> None:
+        super().__init__()
         self._rules = rules
         self._limits = limits
         self.intervals = Intervals(rules.interval_ns, rules.transport_ns, rules.late_timeout_s)
-        self.motion: Motion | None = None
-        self.holding = False
-        self.stage = Stage.IDLE
-        self.reason = ""
-        self.scale = 1.0
-        self._count = 0
         self._stop = Stop()
         self._last_ns = 0
         self._heartbeat, self._feedback = Beat(HEARTBEAT_NS), Beat(FEEDBACK_NS)
         self._standing = Beat(FEEDBACK_NS)  # why the robot does not move
-
-    @property
-    def active(self) -> bool:
-        """Whether the robot is to move, or might have to."""
-        return self.motion is not None or self.holding
-
-    # ------------------------------------------------------------------ goals
-    def accept(self, goal: Goal, now_ns: int) -> tuple[int, Decision]:
-        """A new goal takes the place of the present one. Returns its number too."""
-        orders = Orders()
-        self._count += 1
-        if self.motion is not None and self.motion.cancelling:
-            self._end(self.motion, Outcome.CANCELLED, "cancelled, and a newer goal", now_ns, orders)
-        elif self.motion is not None:
-            self._end(self.motion, Outcome.PREEMPTED, "a newer goal took over", now_ns, orders)
-        self.motion = Motion(self._count, now_ns, goal)
-        return self._count, orders.decision()
-
-    def refuse(self, reason: str, now_ns: int) -> tuple[int, Decision]:
-        """A goal that cannot be understood ends at once; the present one goes on."""
-        orders = Orders()
-        self._count += 1
-        motion = Motion(self._count, now_ns, None)
-        self._end(motion, Outcome.REJECTED, reason, now_ns, orders)
-        return self._count, orders.decision()
-
-    def cancel(self, number: int) -> bool:
-        """Ask for the end of a motion; false when it is not the present one."""
-        if self.motion is None or self.motion.number != number:
-            return False
-        self.motion.cancelling = True
-        return True
 
     def unreachable(self, reason: str, seen: Seen) -> Decision:
         """There is no way to the goal that was to begin; what the robot is still on ends with it."""
@@ -184,12 +142,6 @@ class Supervisor:
         self.intervals.failed(text)
         self._missed(self.motion)
         return Decision(faults=(("replan", f"a replan failed: {text}"),))
-
-    def _concerns_us(self, number: int) -> bool:
-        motion = self.motion
-        if motion is None:
-            return self.holding
-        return motion.number == number and motion.started and not motion.cancelling
 
     def _missed(self, motion: Motion | None, intervals: int = 1) -> None:
         self.intervals.misses += intervals
@@ -335,26 +287,3 @@ class Supervisor:
             self._halt(orders)
             self.intervals.postpone(seen.now_ns + SETTLE_NS)
         return False
-
-    def _halt(self, orders: Orders) -> None:
-        """Stop, and hold nothing."""
-        orders.drop = True
-        self.holding = False
-
-    def _end(
-        self, motion: Motion, outcome: Outcome, reason: str, now_ns: int, orders: Orders
-    ) -> None:
-        """End a motion, once."""
-        if motion.ended:
-            return
-        orders.endings.append(motion.end(outcome, reason, now_ns))
-        if self.motion is motion:
-            self.motion = None
-            self.stage = Stage.HOLDING if self.holding else Stage.IDLE
-            self.reason = reason
-            orders.reports.append(self._report(motion))
-
-    def _report(self, motion: Motion | None) -> Report:
-        if motion is None:
-            return Report(self.stage, self.reason, self.scale, self._count)
-        return motion.report(self.stage, self.reason, self.scale)

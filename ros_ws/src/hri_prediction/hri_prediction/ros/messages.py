@@ -25,6 +25,7 @@ try:
         HumanPrediction,
         IdsList,
         PlannerStatus,
+        PolicyStatus,
         SimState,
     )
     from hri_msgs.srv import LoadModel, Reset
@@ -45,6 +46,7 @@ __all__ = [
     "IdsList",
     "LoadModel",
     "PlannerStatus",
+    "PolicyStatus",
     "ReachTarget",
     "Reset",
     "SimState",

@@ -1,0 +1,48 @@
+"""Parameters of the policy node that are not the policy planner's."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hri_planner.nodes.motion_config import MotionConfig
+from hri_planner.policy.planner import CONTROL_PERIOD_S
+from hri_prediction.config import parameter
+from hri_prediction.errors import ConfigError
+
+DEFAULT_POLICY = "rnn_gru_9x9_d1"
+
+
+@dataclass(frozen=True)
+class PolicyNodeConfig(MotionConfig):
+    """How the node meets the graph."""
+
+    policy: str = parameter(
+        DEFAULT_POLICY, "What to execute: a .npz file of train_rnn.py, or a policy that ships"
+    )
+    replan_interval: float = parameter(
+        0.032, "Time between hand-overs, a multiple of 0.004; shorter reacts faster", unit="s",
+        low=0.012, high=0.2,
+    )  # fmt: skip
+    horizon: float = parameter(
+        0.064,
+        "For how long a plan goes on beyond its hand-over before it comes to rest: so long no newer "
+        "one is missed",
+        unit="s",
+        low=0.012,
+        high=1.0,
+    )
+
+    def __post_init__(self) -> None:
+        """Check ranges and that times fit together."""
+        super().__post_init__()
+        steps = self.replan_interval / CONTROL_PERIOD_S
+        if abs(steps - round(steps)) > 1e-6:
+            raise ConfigError(
+                f"replan_interval = {self.replan_interval}",
+                expected=f"a multiple of {CONTROL_PERIOD_S} s, the control period",
+            )
+        if self.horizon < self.replan_interval:
+            raise ConfigError(
+                f"horizon = {self.horizon}",
+                expected=f"at least replan_interval = {self.replan_interval}",
+            )

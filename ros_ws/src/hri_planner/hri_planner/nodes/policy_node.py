@@ -1,0 +1,100 @@
+"""Policy node: moves the tool as a policy that was learnt from people would move a hand beside theirs.
+
+Each cycle the policy goes on from where the robot will be, with what motion capture says of the
+partner's hand; its acceleration is filtered so that the set separation is kept, and the joints follow
+(:mod:`hri_planner.policy`).
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+from geometry_msgs.msg import PoseStamped
+
+from hri_planner.nodes.motion_node import TICK_S, MotionNode
+from hri_planner.nodes.policy_config import PolicyNodeConfig
+from hri_planner.nodes.policy_replanning import PolicyReplanning
+from hri_planner.nodes.policy_reporting import PolicyReporting
+from hri_planner.policy.config import PolicyConfig
+from hri_planner.rnn.model_file import find_policy, load_policy
+from hri_planner.ros.arms import ArmInputs, Arms
+from hri_planner.ros.goals import position_of
+from hri_planner.warm import warm_kernels
+from hri_prediction.errors import HriError, PlanningError
+from hri_prediction.ros.messages import IdsList, LoadModel, ReachTarget
+from hri_prediction.ros.node import run_node
+from hri_prediction.ros.parameters import declare_config
+from hri_prediction.ros.qos import LATCHED, reliable
+
+
+class PolicyNode(MotionNode):
+    """Serves ``/policy/reach_target``; ``/policy/goal`` moves the goal of the present motion."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__("policy", **kwargs)
+        config = declare_config(self, PolicyNodeConfig)
+        policy = declare_config(self, PolicyConfig, prefix="policy_planner")
+        inputs = ArmInputs(radii=config.radii)
+        self.replanning = PolicyReplanning(
+            self._robot,
+            load_policy(find_policy(config.policy)),
+            config,
+            policy,
+            inputs,
+            tick_s=TICK_S,
+            lockstep=self.lockstep,
+            now_ns=self.now_ns,
+        )
+        warm_kernels()
+        self._reporting = PolicyReporting(self, self._robot, inputs, config.policy)
+        self.serve_motions(config, inputs, self.replanning, self._reporting)
+        self.listen(IdsList, "humans/bodies/tracked", Arms(self, inputs).take, LATCHED)
+        self.listen(PoseStamped, "policy/goal", self._on_moving_goal, reliable(1), command=True)
+        self.serve(LoadModel, "~/load_model", self._on_load_model)
+
+    def duration_of(self, request: ReachTarget.Goal) -> float:
+        """Policies take the time that they have learnt."""
+        return 0.0
+
+    def _on_moving_goal(self, message: PoseStamped) -> None:
+        """Move the goal of the present motion, or the place that is held."""
+        try:
+            target = position_of(message)
+            if not self._supervisor.active:
+                raise PlanningError(
+                    "a goal on policy/goal, and no motion",
+                    hint="it moves the goal of a motion: begin one with policy/reach_target",
+                )
+            self.replanning.retarget(target)
+        except PlanningError as error:
+            self.fault("goal", str(error))
+            return
+        self._supervisor.retarget(target)
+
+    def _on_load_model(
+        self, request: LoadModel.Request, response: LoadModel.Response
+    ) -> LoadModel.Response:
+        try:
+            if self._supervisor.motion is not None or self.replanning.worker.busy:
+                raise PlanningError("a motion is under way", hint="cancel it, or wait for its end")
+            model = load_policy(find_policy(request.path))
+            self.replanning.planner.check_model(model)
+        except HriError as error:
+            response.success, response.message = False, str(error)
+            return response
+        if self._supervisor.holding:
+            # What held the robot ends with its policy; it stands where it is.
+            self._carry_out(self.now_ns(), self._supervisor.release("another policy was loaded"))
+        self.replanning.planner.use(model)
+        self._reporting.policy = request.path
+        units = "x".join(map(str, model.network.units))
+        response.success, response.message = True, f"{request.path}: {model.network.kind} {units}"
+        return response
+
+
+def main(args: list[str] | None = None) -> int:
+    """Entry point."""
+    # Policy and executor share the interpreter: hand it over often, or callbacks wait 5 ms for it.
+    sys.setswitchinterval(5e-4)
+    return run_node(PolicyNode, args)

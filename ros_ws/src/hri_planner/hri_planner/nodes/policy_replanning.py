@@ -1,0 +1,168 @@
+"""Cycles of a policy: from the newest inputs to a short plan, beside the executor."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hri_planner.nodes.motions import Failed
+from hri_planner.nodes.policy_config import PolicyNodeConfig
+from hri_planner.policy.config import PolicyConfig
+from hri_planner.policy.planner import Cycle, PolicyPlanner, PolicySnapshot
+from hri_planner.ptomp.plan import JointPlan
+from hri_planner.rnn.model import PolicyModel
+from hri_planner.robot.model import RobotModel
+from hri_planner.ros.arms import ArmInputs
+from hri_planner.ros.handover import Handover, Joint
+from hri_planner.ros.worker import Worker
+from hri_planner.supervision.decision import Goal, Interval, ReadyPlan
+from hri_prediction.errors import DataError, PlanningError
+from hri_prediction.ros.time import seconds_to_ns
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class PolicyCycle:
+    """What one cycle was made from and for.
+
+    Attributes:
+        interval: When, and for which motion.
+        newest_sample_ns: Newest human sample that it used [ns].
+        joint: Where it meets the plan before.
+        before: The planner as it was, for when the plan is dropped.
+        result: The plan and how it came about.
+        compute_s: What it took [s].
+    """
+
+    interval: Interval
+    newest_sample_ns: int
+    joint: Joint | None
+    before: PolicySnapshot
+    result: Cycle
+    compute_s: float
+
+    @property
+    def plan(self) -> JointPlan:
+        """The plan."""
+        return self.result.plan
+
+    def ready(self, due_ns: int | None) -> ReadyPlan:
+        """The plan, when its first point is due [ns]; none: the robot will not be there."""
+        return ReadyPlan(
+            self.interval.number, self.interval.handover_ns, due_ns, reason=self.result.reason
+        )
+
+    def is_over_for(self, number: int, plan_time_s: float) -> bool:
+        """Whether by it the hand rests at the goal of a motion."""
+        return self.interval.number == number and self.result.stage == "holding"
+
+
+class PolicyReplanning:
+    """The policy, the thread that it runs in, and the hand-over of its plans.
+
+    Args:
+        robot: The robot.
+        model: The policy.
+        config: Of the node.
+        policy_config: Of the planner.
+        inputs: What the node has heard.
+        tick_s: Period of the node's tick [s].
+        lockstep: Whether plans are made at once.
+        now_ns: The node's clock.
+    """
+
+    def __init__(
+        self,
+        robot: RobotModel,
+        model: PolicyModel,
+        config: PolicyNodeConfig,
+        policy_config: PolicyConfig,
+        inputs: ArmInputs,
+        *,
+        tick_s: float,
+        lockstep: bool,
+        now_ns: Callable[[], int],
+    ) -> None:
+        floor = None
+        if config.table_center:
+            (_, _, z), (_, _, height) = config.table
+            floor = z + 0.5 * height + float(robot.capsule_radii[2])
+        self._config = config
+        self._inputs = inputs
+        self._goal: FloatArray | None = None
+        self.handover = Handover(
+            PolicyPlanner(robot, model, policy_config, np.random.default_rng(0), floor=floor),
+            inputs,
+            arrival_ns=0 if lockstep else 2 * seconds_to_ns(tick_s),
+            interval_ns=seconds_to_ns(config.replan_interval),
+            lockstep=lockstep,
+            now_ns=now_ns,
+        )
+        self.worker: Worker[PolicyCycle | Failed] = Worker("policy", inline=lockstep)
+
+    @property
+    def planner(self) -> PolicyPlanner:
+        """Of all motions."""
+        return self.handover.planner
+
+    def start(self, goal: Goal, handover_ns: int) -> None:
+        """Set the policy on a new goal, from rest or in flight.
+
+        Raises:
+            PlanningError: when there is no way to the goal.
+        """
+        state = self.handover.state_at(handover_ns)
+        q, qd = self._inputs.state if state is None else state[:2]
+        self.planner.start(q, qd, goal.target, 0.0)
+        self._goal = None
+        self.handover.begin(handover_ns)
+
+    def retarget(self, target: FloatArray) -> None:
+        """The goal is elsewhere (3,) [m] from the next cycle on.
+
+        Raises:
+            PlanningError: when that is no place for a goal.
+        """
+        self.planner.check(target, self._inputs.q)
+        self._goal = target
+
+    def submit(self, interval: Interval) -> bool:
+        """Begin a cycle with the newest inputs; :meth:`take` brings what comes of it.
+
+        Raises:
+            PlanningError: when the planner cannot go on from where the robot will be.
+        """
+        handover_ns = interval.handover_ns
+        handover_s = self.handover.plan_time_s(handover_ns)
+        joint = self.handover.align(handover_ns)
+        if self._goal is not None:
+            self.planner.retarget(self._goal)
+            self._goal = None
+        partners = self._inputs.partners(handover_ns)
+        newest_ns = self._inputs.newest_sample_ns()
+        horizon_s = self._config.horizon
+
+        def job() -> PolicyCycle | Failed:
+            start = time.monotonic()
+            before = self.planner.snapshot()
+            try:
+                result = self.planner.replan(handover_s, partners, horizon_s)
+            except (DataError, PlanningError) as error:
+                self.planner.restore(before)
+                return Failed(interval.number, str(error))
+            return PolicyCycle(interval, newest_ns, joint, before, result, time.monotonic() - start)
+
+        self.worker.submit(job)
+        return True
+
+    def take(self, now_ns: int) -> PolicyCycle | Failed | None:
+        """What has come of the last cycle, once."""
+        return self.worker.take()
+
+    def abandon(self, number: int) -> None:
+        """A motion is over; nothing is planned ahead for it."""

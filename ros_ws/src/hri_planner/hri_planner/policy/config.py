@@ -1,0 +1,78 @@
+"""How a policy moves the robot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hri_planner.policy.separation import SeparationConfig
+from hri_planner.policy.tool_velocity import ToolVelocityConfig
+from hri_prediction.config import parameter, validate
+
+
+@dataclass(frozen=True)
+class PolicyConfig:
+    """Parameters of the planner that follows a policy.
+
+    Raises:
+        ConfigError: when a value is out of range.
+    """
+
+    filter: bool = parameter(
+        True, "Keep the set separation, whatever the policy wants; false only in simulation"
+    )
+    separation: float = parameter(
+        0.15,
+        "Distance of the tool from the axes of the partner's limbs that is kept",
+        unit="m",
+        low=0.0,
+        high=1.0,
+    )
+    hand_acceleration: float = parameter(
+        8.0, "Largest acceleration of the tool", unit="m/s^2", low=0.1, high=50.0
+    )
+    partner_acceleration: float = parameter(
+        4.0, "Acceleration that the partner's hand is taken to be capable of", unit="m/s^2", low=0.0,
+        high=50.0,
+    )  # fmt: skip
+    feedback: float = parameter(
+        10.0, "Share of the tool's position error that is made up a second", unit="1/s", low=0.0
+    )
+    damping: float = parameter(
+        0.08, "Damping of the inverse kinematics at a singularity", unit="m", low=0.0
+    )
+    speed_share: float = parameter(
+        0.9, "Share of the joints' speed limits that is used", low=0.05, high=1.0
+    )
+    joint_acceleration: float = parameter(
+        25.0, "Largest acceleration of a joint", unit="rad/s^2", low=0.1, high=200.0
+    )
+    arrived: float = parameter(
+        0.004, "Distance from the goal at which the hand counts as there", unit="m", low=1e-4
+    )
+    arrived_speed: float = parameter(
+        0.02, "Speed below which it then counts as at rest", unit="m/s", low=1e-4
+    )
+    rest_speed: float = parameter(
+        0.05, "Joint speed below which a new reach begins without memory of the one before",
+        unit="rad/s", low=0.0,
+    )  # fmt: skip
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        validate(self)
+        self.separation_filter  # noqa: B018 (its own check)
+
+    @property
+    def separation_filter(self) -> SeparationConfig:
+        """Of the filter."""
+        return SeparationConfig(self.separation, self.hand_acceleration, self.partner_acceleration)
+
+    @property
+    def inverse_kinematics(self) -> ToolVelocityConfig:
+        """Of the joints."""
+        return ToolVelocityConfig(
+            feedback=self.feedback,
+            damping=self.damping,
+            speed_share=self.speed_share,
+            joint_acceleration=self.joint_acceleration,
+        )

@@ -1,0 +1,304 @@
+"""From a policy to short joint plans: each cycle a little of the hand's motion, then a way to rest.
+
+The plan of a cycle goes on some control steps beyond the next hand-over, so that a plan that comes too
+late, or not at all, is not missed at once; after them the joints come smoothly to rest. What is planned
+next begins on that plan: the hand, the policy's memory and the joints at the hand-over are those that were
+planned for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hri_planner.policy.config import PolicyConfig
+from hri_planner.policy.partner import Partner
+from hri_planner.policy.runner import HandState, PolicyRunner
+from hri_planner.policy.tool_velocity import ToolVelocity
+from hri_planner.ptomp.plan import JointPlan
+from hri_planner.rnn.model import PolicyModel
+from hri_planner.robot.ik import solve_ik
+from hri_planner.robot.model import RobotModel
+from hri_prediction.errors import PlanningError
+
+FloatArray = NDArray[np.float64]
+
+CONTROL_PERIOD_S = 0.004
+"""Of the hand's steps, and of the points of plans [s]."""
+
+_SAME = 1e-6
+"""Times [s] and angles [rad] that differ by less are one."""
+_STRAYED_M = 0.005
+"""A hand that the joints cannot follow within this is put back to where the tool is [m]."""
+_LEAST_STOP_S = 0.1
+_RESTS_AWAY_S = 0.4
+"""A hand that rests away from its goal for so long, though nothing holds it, begins anew [s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Cycle:
+    """What a replan made.
+
+    Attributes:
+        plan: Takes effect at the hand-over.
+        stage: ``"reaching"`` or ``"holding"`` (at the goal, at rest).
+        reason: Why the hand does not go where the policy wants; empty when it does.
+        goal: Where the hand was to go (3,) [m].
+        hand: At the hand-over.
+        filtered: Whether a filter changed what the policy wanted, somewhere along the plan.
+        nearest: Smallest distance of the hand from the axes of partners' limbs, along the plan [m];
+            infinite without partners.
+    """
+
+    plan: JointPlan
+    stage: str
+    reason: str
+    goal: FloatArray
+    hand: HandState
+    filtered: bool
+    nearest: float
+
+
+@dataclass(frozen=True, eq=False)
+class PolicySnapshot:
+    """State between two replans; opaque to callers."""
+
+    plan: JointPlan | None
+    hands: tuple[HandState, ...]
+    memory: FloatArray | None
+
+
+class PolicyPlanner:
+    """Turns a policy into joint plans; one thread at a time may use it.
+
+    Args:
+        robot: The robot.
+        model: The policy.
+        config: Parameters.
+        rng: Draws where the search for a goal's posture begins.
+        floor: Height that the tool stays above [m]; none: any.
+
+    Attributes:
+        plan: The newest plan; none before the first reach.
+    """
+
+    def __init__(
+        self,
+        robot: RobotModel,
+        model: PolicyModel,
+        config: PolicyConfig,
+        rng: np.random.Generator,
+        *,
+        floor: float | None = None,
+    ) -> None:
+        self.robot = robot
+        self.config = config
+        self.floor = floor
+        self._rng = rng
+        self._inverse = ToolVelocity(robot, config.inverse_kinematics)
+        self.use(model)
+
+    def use(self, model: PolicyModel) -> None:
+        """Go over to another policy; a reach that is under way is forgotten."""
+        separation = self.config.separation_filter if self.config.filter else None
+        self._runner = PolicyRunner(model, separation, CONTROL_PERIOD_S, self.floor)
+        self.plan: JointPlan | None = None
+        self._hands: tuple[HandState, ...] = ()
+        self._memory: FloatArray | None = None
+        self._goal = np.zeros(3)
+        self._rests_since_s: float | None = None
+
+    def check_model(self, model: PolicyModel) -> None:
+        """Check that a policy can be gone over to.
+
+        Raises:
+            DataError: when its time step does not fit.
+        """
+        PolicyRunner(model, None, CONTROL_PERIOD_S)
+
+    @property
+    def model(self) -> PolicyModel:
+        """The policy."""
+        return self._runner.model
+
+    def check(self, goal: FloatArray, q: FloatArray) -> None:
+        """Check a goal.
+
+        Args:
+            goal: Where the tool is to go (3,) [m], base frame.
+            q: Joint angles (7,) [rad] from which a posture is looked for.
+
+        Raises:
+            PlanningError: when it is not finite, below the floor, or no posture reaches it.
+        """
+        if np.shape(goal) != (3,) or not np.isfinite(goal).all():
+            raise PlanningError(f"goal {goal}", expected="three finite coordinates in m")
+        if self.floor is not None and goal[2] < self.floor:
+            raise PlanningError(
+                f"goal height {goal[2]:.3f} m puts the hand into the table",
+                expected=f"at least {self.floor:.3f} m",
+            )
+        solve_ik(self.robot, np.array(goal, dtype=float), np.array(q, dtype=float), self._rng)
+
+    def start(self, q: FloatArray, qd: FloatArray, goal: FloatArray, time_s: float) -> None:
+        """Begin a reach. At rest the policy begins anew; in flight it remembers what it did.
+
+        Args:
+            q: Joint angles (7,) [rad].
+            qd: Joint speeds (7,) [rad/s].
+            goal: Where the tool is to go (3,) [m], base frame.
+            time_s: Plan clock [s].
+
+        Raises:
+            PlanningError: when the state or goal cannot be used, or no posture reaches the goal.
+        """
+        if not self.robot.within_limits(np.asarray(q), 1e-3):
+            raise PlanningError("start posture lies outside of the joint limits")
+        self.check(goal, q)
+        if float(np.abs(qd).max()) < self.config.rest_speed:
+            self._memory = None
+        self._goal = np.array(goal, dtype=float)
+        self._stand(np.array(q, dtype=float), np.array(qd, dtype=float), time_s)
+
+    def retarget(self, goal: FloatArray) -> None:
+        """From the next replan on the goal, which has been checked, is elsewhere (3,) [m]."""
+        self._goal = np.array(goal, dtype=float)
+
+    def resync(self, q: FloatArray, qd: FloatArray, time_s: float) -> None:
+        """The controller is somewhere else than the plan says: go on from there.
+
+        Raises:
+            PlanningError: when no reach is active or the state is not finite.
+        """
+        if self.plan is None:
+            raise PlanningError("resync without an active reach", hint="call start first")
+        if not (np.all(np.isfinite(q)) and np.all(np.isfinite(qd))):
+            raise PlanningError("resync state is not finite")
+        self._stand(np.array(q, dtype=float), np.array(qd, dtype=float), time_s)
+
+    def follow(self, plan: JointPlan) -> None:
+        """The robot is on this plan, e.g. on the present one but later, as speed scaling makes it."""
+        self.plan, self._hands = plan, ()
+
+    def snapshot(self) -> PolicySnapshot:
+        """What the next replan starts from; see :meth:`restore`."""
+        return PolicySnapshot(self.plan, self._hands, self._memory)
+
+    def restore(self, snapshot: PolicySnapshot) -> None:
+        """Go back to an earlier state, because the plan made since never took effect."""
+        self.plan, self._hands = snapshot.plan, snapshot.hands
+        self._memory = snapshot.memory
+
+    def replan(self, handover_s: float, partners: Sequence[Partner], horizon_s: float) -> Cycle:
+        """Let the policy go on from where the robot will be at the hand-over.
+
+        Args:
+            handover_s: Plan clock [s].
+            partners: What will be known of others' hands at the hand-over, extrapolated to it.
+            horizon_s: For how long the policy goes on, before the plan comes to rest [s].
+
+        Raises:
+            PlanningError: when no reach is active, or the policy asks for what is not finite.
+        """
+        if self.plan is None:
+            raise PlanningError("replan without an active reach", hint="call start first")
+        first, q, qd = self._at(handover_s)
+        first = self._awake(first, handover_s)
+        count = max(round(horizon_s / CONTROL_PERIOD_S), 1)
+        hands, angles, speeds = [first], [q], [qd]
+        strayed, nearest = False, np.inf
+        for step in range(count):
+            later = [partner.later(step * CONTROL_PERIOD_S) for partner in partners]
+            nearest = min([nearest, *(partner.distance(hands[-1].position) for partner in later)])
+            hand = self._runner.step(hands[-1], self._goal, later)
+            ahead = q + qd * CONTROL_PERIOD_S
+            new = self._inverse.joint_speeds(
+                ahead, qd, hand.position, hand.velocity, CONTROL_PERIOD_S
+            )
+            q = np.clip(q + 0.5 * CONTROL_PERIOD_S * (qd + new), self.robot.lower, self.robot.upper)
+            qd = new
+            tool, velocity = self._inverse.tool_motion(q, qd)
+            if float(np.linalg.norm(tool - hand.position)) > _STRAYED_M:
+                strayed = True
+                hand = replace(hand, position=tool, velocity=velocity)
+            hands.append(hand)
+            angles.append(q)
+            speeds.append(qd)
+        if not (np.isfinite(angles).all() and np.isfinite(speeds).all()):
+            raise PlanningError("the policy asks for what is not finite", hint="load another one")
+        self.plan = self._ending_at_rest(handover_s, np.array(angles), np.array(speeds))
+        self._hands = tuple(hands)
+        self._memory = hands[-1].memory
+        away = float(np.linalg.norm(first.position - self._goal))
+        speed = float(np.linalg.norm(first.velocity))
+        there = away < self.config.arrived and speed < self.config.arrived_speed
+        filtered, reason = any(hand.filtered for hand in hands), ""
+        if filtered:
+            reason = "kept at a distance from the partner or the table"
+        elif strayed:
+            reason = "the joints are at their limits"
+        return Cycle(
+            plan=self.plan,
+            stage="holding" if there else "reaching",
+            reason=reason,
+            goal=self._goal.copy(),
+            hand=first,
+            filtered=filtered,
+            nearest=nearest,
+        )
+
+    def _awake(self, hand: HandState, time_s: float) -> HandState:
+        """The hand, without memory if it has rested away from the goal for too long.
+
+        Recurrent networks may settle where they have learnt nothing, as after the filter has pushed them
+        away; from rest and without memory each learnt reach began.
+        """
+        away = float(np.linalg.norm(hand.position - self._goal)) > 5.0 * self.config.arrived
+        slow = float(np.linalg.norm(hand.velocity)) < 2.0 * self.config.arrived_speed
+        if not (away and slow) or hand.filtered:
+            self._rests_since_s = None
+            return hand
+        if self._rests_since_s is None or time_s < self._rests_since_s:
+            self._rests_since_s = time_s
+        if time_s - self._rests_since_s < _RESTS_AWAY_S:
+            return hand
+        self._rests_since_s = None
+        return self._runner.begin(hand.position, hand.velocity)
+
+    def _at(self, time_s: float) -> tuple[HandState, FloatArray, FloatArray]:
+        """Hand, joint angles and speeds at a time of the plan clock."""
+        assert self.plan is not None
+        q, qd, _ = self.plan.sample(time_s)
+        index = round((time_s - self.plan.start_s) / CONTROL_PERIOD_S)
+        on_time = abs(self.plan.start_s + index * CONTROL_PERIOD_S - time_s) < _SAME
+        if on_time and 0 <= index < len(self._hands):
+            return self._hands[index], q, qd
+        tool, velocity = self._inverse.tool_motion(q, qd)
+        return self._runner.begin(tool, velocity, memory=self._memory), q, qd
+
+    def _stand(self, q: FloatArray, qd: FloatArray, time_s: float) -> None:
+        """Be somewhere, on the way to rest."""
+        q = np.clip(q, self.robot.lower, self.robot.upper)
+        qd = np.clip(qd, -self.robot.velocity, self.robot.velocity)
+        self.plan, self._hands = self._ending_at_rest(time_s, q[None], qd[None]), ()
+
+    def _ending_at_rest(self, begin_s: float, q: FloatArray, qd: FloatArray) -> JointPlan:
+        """A plan of these points (n, 7), (n, 7), after which the joints come to rest."""
+        most = self._inverse.config.joint_acceleration
+        # A quintic from a speed to rest takes up to twice the mean acceleration on the way.
+        stop_s = max(_LEAST_STOP_S, 2.0 * float(np.abs(qd[-1]).max()) / most)
+        end = np.clip(q[-1] + 0.5 * stop_s * qd[-1], self.robot.lower, self.robot.upper)
+        qdd = np.zeros_like(q)
+        if len(q) > 1:
+            qdd = np.gradient(qd, CONTROL_PERIOD_S, axis=0)
+        times = begin_s + CONTROL_PERIOD_S * np.arange(len(q))
+        zero = np.zeros((1, 7))
+        return JointPlan(
+            np.append(times, times[-1] + stop_s),
+            np.concatenate((q, end[None])),
+            np.concatenate((qd, zero)),
+            np.concatenate((qdd, zero)),
+        )

@@ -1,0 +1,190 @@
+"""A policy at any control rate: the network's steps, and the smooth motion between them.
+
+The network was taught with s_{t+1} = s_t + v_{t+1} dt. Its positions are the control points of a
+quadratic B-spline: halfway between them the curve is at (s_t + s_{t+1}) / 2 with velocity v_{t+1},
+and its acceleration around s_t is a_t, constant for one step. So the network is asked halfway: with
+the hand at x and its velocity v, the control point ahead is s = x + v dt / 2, and the acceleration
+that it gives is held for dt. Between the network's steps any number of control steps integrate
+exactly, and where nothing interferes the hand follows the curve that the network was taught.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hri_planner.policy.partner import Partner
+from hri_planner.policy.separation import SeparationConfig, keep_separation
+from hri_planner.rnn.model import PolicyModel
+from hri_prediction.errors import DataError
+
+FloatArray = NDArray[np.float64]
+
+FAR_M = np.array((0.0, 0.0, 1e3))
+"""Where a partner is put that nobody sees."""
+
+
+@dataclass(frozen=True, eq=False)
+class HandState:
+    """Of the tool that a policy moves, and of the policy.
+
+    Attributes:
+        position: Shape (3,) [m].
+        velocity: Shape (3,) [m/s].
+        acceleration: What was held until now (3,) [m/s²].
+        filtered: Whether a filter had changed it.
+        memory: What the network remembers.
+        wanted: What the network asked for last (3,) [m/s²].
+        count: Control steps since it was asked.
+    """
+
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    filtered: bool
+    memory: FloatArray
+    wanted: FloatArray
+    count: int
+
+
+class PolicyRunner:
+    """Moves hands; it remembers nothing itself.
+
+    Args:
+        model: The policy.
+        separation: Parameters of the filter; none: without it.
+        control_period: Of calls of :meth:`step`; a whole number of them makes a step of the network
+            [s].
+        floor: Height that the hand stays above [m]; none: any.
+
+    Raises:
+        DataError: when the period does not fit into the network's.
+    """
+
+    def __init__(
+        self,
+        model: PolicyModel,
+        separation: SeparationConfig | None,
+        control_period: float,
+        floor: float | None = None,
+    ) -> None:
+        per_step = model.dt / control_period
+        if per_step < 1.0 - 1e-9 or abs(per_step - round(per_step)) > 1e-6:
+            raise DataError(
+                f"control period {control_period} s",
+                expected=f"the policy's time step {model.dt} s, or a whole part of it",
+            )
+        self.model = model
+        self.period = control_period
+        self._separation = separation
+        self._per_step = round(per_step)
+        self._floor = floor
+        # What is below rests: all of the acceleration is there to stop before it.
+        self._below = replace(separation or SeparationConfig(), partner_acceleration=0.0)
+
+    def begin(
+        self, position: ArrayLike, velocity: ArrayLike = (0.0, 0.0, 0.0), *,
+        memory: FloatArray | None = None,
+    ) -> HandState:  # fmt: skip
+        """A hand somewhere, whose policy is asked at the next step.
+
+        Args:
+            position: Shape (3,) [m].
+            velocity: Shape (3,) [m/s].
+            memory: What the network remembers; none: nothing.
+
+        Raises:
+            DataError: when position or velocity is not finite.
+        """
+        place, speed = np.array(position, dtype=float), np.array(velocity, dtype=float)
+        for values in (place, speed):
+            if values.shape != (3,) or not np.isfinite(values).all():
+                raise DataError(
+                    f"hand at {place}, velocity {speed}", expected="three finite numbers each"
+                )
+        if memory is None:
+            memory = self.model.network.initial_state()
+        return HandState(place, speed, np.zeros(3), False, memory, np.zeros(3), 0)
+
+    def step(self, now: HandState, goal: FloatArray, partners: Sequence[Partner]) -> HandState:
+        """One control period on.
+
+        Args:
+            now: The hand.
+            goal: Where it is to go (3,) [m]; it may move, and jump.
+            partners: What is known of others. The network sees the nearest hand, the filter whole
+                arms, the nearest last.
+
+        Raises:
+            DataError: when goal or a partner is not finite.
+        """
+        if not np.isfinite(goal).all():
+            raise DataError(f"goal {goal}", expected="three finite coordinates in m")
+        for partner in partners:
+            partner.check()
+        ordered = sorted(partners, key=lambda p: -float(np.sum((p.position - now.position) ** 2)))
+        wanted, memory = now.wanted, now.memory
+        if now.count == 0:
+            ahead = now.position + now.velocity * (0.5 * self.model.dt)
+            other = ordered[-1].position if ordered else FAR_M
+            wanted, memory = self.model.accelerate(ahead, goal, other, memory)
+        acceleration, filtered = self._kept(now, wanted, ordered)
+        h = self.period
+        return HandState(
+            position=now.position + now.velocity * h + acceleration * (0.5 * h * h),
+            velocity=now.velocity + acceleration * h,
+            acceleration=acceleration,
+            filtered=filtered,
+            memory=memory,
+            wanted=wanted,
+            count=(now.count + 1) % self._per_step,
+        )
+
+    def _kept(
+        self, now: HandState, wanted: FloatArray, partners: Sequence[Partner]
+    ) -> tuple[FloatArray, bool]:
+        """What the filters make of an acceleration, and whether they changed it.
+
+        Table and partners by turns, so that both are kept where that is possible; where it is not,
+        people come before the table.
+        """
+        acceleration, filtered = wanted, False
+        for _ in range(1 if self._floor is None else 2):
+            acceleration, low = self._above_floor(now, acceleration)
+            acceleration, near = self._apart(now, acceleration, partners)
+            filtered = filtered or low or near
+            if not near:
+                break
+        return acceleration, filtered
+
+    def _above_floor(self, now: HandState, acceleration: FloatArray) -> tuple[FloatArray, bool]:
+        if self._floor is None:
+            return acceleration, False
+        # What is below the floor already is pushed up, too.
+        above = max(float(now.position[2]) - self._floor + self._below.separation, 1e-6)
+        kept = keep_separation(
+            acceleration, np.array((0.0, 0.0, above)), now.velocity, self.period, self._below
+        )
+        return kept.acceleration, kept.changed
+
+    def _apart(
+        self, now: HandState, acceleration: FloatArray, partners: Sequence[Partner]
+    ) -> tuple[FloatArray, bool]:
+        filtered = False
+        if self._separation is None:
+            return acceleration, filtered
+        for partner in partners:
+            place, velocity = partner.nearest(now.position)
+            kept = keep_separation(
+                acceleration,
+                now.position - place,
+                now.velocity - velocity,
+                self.period,
+                self._separation,
+                age=max(partner.age, 0.0),
+            )
+            acceleration, filtered = kept.acceleration, filtered or kept.changed
+        return acceleration, filtered

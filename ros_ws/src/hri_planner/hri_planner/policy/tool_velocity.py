@@ -1,0 +1,181 @@
+"""Joint speeds that give the tool a velocity: damped least squares, within all limits.
+
+Damped where the tool's Jacobian loses rank (Nakamura & Hanafusa 1986), by the smallest singular value
+(Chiaverini 1997); joints that would pass a limit of angle, speed or acceleration stay at it while the
+others take over (saturation in the null space, Flacco et al. 2012). What is left of the seven joints
+keeps away from the joint limits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hri_planner.robot.kinematics import tool_jacobian
+from hri_planner.robot.model import RobotModel
+from hri_prediction.compiled import njit
+from hri_prediction.config import parameter, validate
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ToolVelocityConfig:
+    """Parameters of the inverse kinematics.
+
+    Raises:
+        ConfigError: when a value is out of range.
+    """
+
+    feedback: float = parameter(
+        10.0, "share of the tool's position error that is made up a second", unit="1/s", low=0.0
+    )
+    damping: float = parameter(0.08, "largest damping, at a singularity", unit="m", low=0.0)
+    near_singular: float = parameter(
+        0.10, "smallest singular value of the Jacobian from which on nothing is damped", unit="m",
+        low=1e-6,
+    )  # fmt: skip
+    centring: float = parameter(
+        1.0, "share of their distance by which free joints leave their limits, for each metre that the "
+        "tool moves", unit="1/m", low=0.0,
+    )  # fmt: skip
+    speed_share: float = parameter(
+        0.9, "share of the joints' speed limits that is used", low=0.05, high=1.0
+    )
+    joint_acceleration: float = parameter(
+        25.0, "largest acceleration of a joint", unit="rad/s^2", low=0.1, high=200.0
+    )
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        validate(self)
+
+
+class ToolVelocity:
+    """Inverse kinematics of one robot; buffers are allocated once.
+
+    Args:
+        robot: Its model.
+        config: Parameters.
+    """
+
+    def __init__(self, robot: RobotModel, config: ToolVelocityConfig) -> None:
+        self._robot, self.config = robot, config
+        self._fastest = config.speed_share * robot.velocity
+        self._middle = 0.5 * (robot.lower + robot.upper)
+        self._tool, self._jacobian = np.empty(3), np.empty((3, 7))
+
+    def tool(self, q: FloatArray) -> FloatArray:
+        """Where the tool is (3,) [m], base frame."""
+        tool_jacobian(q, self._robot.lengths, self._tool, self._jacobian)
+        return self._tool.copy()
+
+    def tool_motion(self, q: FloatArray, qd: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Where the tool is (3,) [m] and its velocity (3,) [m/s], base frame."""
+        tool_jacobian(q, self._robot.lengths, self._tool, self._jacobian)
+        return self._tool.copy(), self._jacobian @ qd
+
+    def joint_speeds(
+        self,
+        q: FloatArray,
+        qd: FloatArray,
+        position: FloatArray,
+        velocity: FloatArray,
+        dt: float,
+    ) -> FloatArray:
+        """Joint speeds for one step.
+
+        Args:
+            q: Joint angles (7,) [rad].
+            qd: Joint speeds before (7,) [rad/s].
+            position: Where the tool should be now (3,) [m], base frame.
+            velocity: How it should move (3,) [m/s].
+            dt: How long they hold [s].
+
+        Returns:
+            Shape (7,) [rad/s]; within the limits of speed and acceleration, and such that braking keeps
+            within the joint limits.
+        """
+        tool_jacobian(q, self._robot.lengths, self._tool, self._jacobian)
+        wanted = velocity + self.config.feedback * (position - self._tool)
+        low, high = self._window(q, qd, dt)
+        # No faster than the tool: a robot at rest stays at rest.
+        aside = self.config.centring * float(np.linalg.norm(velocity)) * (self._middle - q)
+        found: FloatArray = _saturated(
+            self._jacobian,
+            wanted,
+            aside,
+            low,
+            high,
+            self._fastest,
+            self.config.damping,
+            self.config.near_singular,
+        )
+        return found
+
+    def _window(self, q: FloatArray, qd: FloatArray, dt: float) -> tuple[FloatArray, FloatArray]:
+        """Smallest and largest joint speeds (7,), (7,) [rad/s]."""
+        most = self.config.joint_acceleration
+
+        def braking(room: FloatArray) -> FloatArray:
+            # v dt + v² / (2 a) = room: from there on the joint comes to rest in front of its limit.
+            found: FloatArray = np.sqrt((most * dt) ** 2 + 2.0 * most * np.maximum(room, 0.0))
+            return np.minimum(found - most * dt, self._fastest)
+
+        low, high = -braking(q - self._robot.lower), braking(self._robot.upper - q)
+        # A joint that is too quick already brakes as it can.
+        return np.maximum(low, np.minimum(qd - most * dt, high)), np.minimum(
+            high, np.maximum(qd + most * dt, low)
+        )
+
+
+@njit
+def _saturated(
+    jacobian: Any,
+    wanted: Any,
+    aside: Any,
+    low: Any,
+    high: Any,
+    fastest: Any,
+    damping: float,
+    near: float,
+) -> Any:
+    """Speeds of all joints (7,), those that would be over a limit at it."""
+    free, speeds = np.ones(7), np.zeros(7)
+    for _ in range(7):
+        rest = wanted - jacobian @ ((1.0 - free) * speeds)
+        found = _damped(jacobian * free, rest, aside * free, damping, near)
+        # The one that is over by most is fixed at its limit; the rest is solved again.
+        worst, most = -1, 0.0
+        for joint in range(7):
+            over = max(low[joint] - found[joint], found[joint] - high[joint])
+            if free[joint] == 1.0 and over > 1e-12 and over / fastest[joint] > most:
+                worst, most = joint, over / fastest[joint]
+        if worst < 0:
+            return free * found + (1.0 - free) * speeds
+        speeds[worst] = low[worst] if found[worst] < low[worst] else high[worst]
+        free[worst] = 0.0
+    return speeds
+
+
+@njit
+def _damped(jacobian: Any, wanted: Any, pull: Any, damping: float, near: float) -> Any:
+    left, values, right = np.linalg.svd(jacobian, full_matrices=False)
+    close = values[2] / near
+    damped = damping**2 * (1.0 - close**2) if close < 1.0 else 0.0
+    found = pull.copy()
+    for k in range(3):
+        gain = values[k] / max(values[k] ** 2 + damped, 1e-12)
+        along, pulled = 0.0, 0.0
+        for i in range(3):
+            along += left[i, k] * wanted[i]
+        # The null space is that of the directions which are not nearly lost.
+        if values[k] > 1e-6:
+            for joint in range(7):
+                pulled += right[k, joint] * pull[joint]
+        for joint in range(7):
+            found[joint] += right[k, joint] * (gain * along - pulled)
+    return found

@@ -1,0 +1,1 @@
+"""How a policy's motions compare with recorded ones (section 5.4)."""

@@ -1,0 +1,1 @@
+"""Training of policies; needs torch (``requirements/training.txt``), which nothing else does."""

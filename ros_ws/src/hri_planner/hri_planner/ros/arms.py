@@ -1,0 +1,176 @@
+"""The arms of the bodies that are tracked, as motion capture says: where hands are, and how they move."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import partial
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hri_planner.policy.partner import Partner
+from hri_planner.ros.inputs import RobotInputs
+from hri_planner.supervision.freshness import HeardPerson
+from hri_prediction.arm.body_id import valid_body_id
+from hri_prediction.errors import DataError
+from hri_prediction.ros.conversions import sample_from_message
+from hri_prediction.ros.messages import HumanArm, IdsList
+from hri_prediction.ros.node import HriNode
+from hri_prediction.ros.qos import SENSOR
+from hri_prediction.ros.time import NANO
+
+FloatArray = NDArray[np.float64]
+
+HAND_TIP = 3
+VELOCITY_S = 0.048
+"""Samples of so long give a hand's velocity [s]."""
+FASTEST_HAND = 6.0
+"""No hand is taken to be faster [m/s]."""
+MARKER_M = 0.02
+"""So much the place of a marker may jump [m]."""
+BELIEVED_S = 0.06
+"""A hand that has seemed to jump for so long is where it seems to be [s]."""
+_LEAST_SAMPLES = 3
+
+
+@dataclass(eq=False)
+class _Arm:
+    """One body's newest samples; a keypoint that is not seen is where it was seen last."""
+
+    times_ns: deque[int] = field(default_factory=lambda: deque(maxlen=64))
+    keypoints: deque[FloatArray] = field(default_factory=lambda: deque(maxlen=64))
+
+    def add(self, stamp_ns: int, keypoints: FloatArray) -> None:
+        if self.times_ns and stamp_ns <= self.times_ns[-1]:
+            if stamp_ns > self.times_ns[-1] - NANO:
+                return  # out of order: an older sample says nothing new
+            self.times_ns.clear()
+            self.keypoints.clear()
+        if self._is_wild(stamp_ns, keypoints[HAND_TIP]):
+            return
+        # Never seen, so nobody knows: the hand, which is always seen here, stands in.
+        known = self.keypoints[-1] if self.keypoints else keypoints[HAND_TIP]
+        self.times_ns.append(stamp_ns)
+        self.keypoints.append(np.where(np.isnan(keypoints), known, keypoints))
+        while self.times_ns[0] < stamp_ns - round(VELOCITY_S * NANO):
+            self.times_ns.popleft()
+            self.keypoints.popleft()
+
+    def _is_wild(self, stamp_ns: int, hand: FloatArray) -> bool:
+        """Whether no hand moves like that; after :data:`BELIEVED_S` of such samples it is believed."""
+        if not self.times_ns:
+            return False
+        seconds = (stamp_ns - self.times_ns[-1]) / NANO
+        way = float(np.linalg.norm(hand - self.keypoints[-1][HAND_TIP]))
+        if way <= FASTEST_HAND * seconds + MARKER_M:
+            return False
+        if seconds <= BELIEVED_S:
+            return True
+        self.times_ns.clear()
+        self.keypoints.clear()
+        return False
+
+    def partner(self, time_ns: int) -> Partner:
+        """The arm at a time, extrapolated along lines fitted to the newest samples."""
+        places, speeds = self.keypoints[-1], np.zeros((4, 3))
+        if len(self.keypoints) >= _LEAST_SAMPLES:
+            t = (np.array(self.times_ns) - self.times_ns[-1]) / NANO
+            t = t - t.mean()
+            speeds = np.tensordot(t, np.array(self.keypoints), 1) / float(t @ t)
+        now = Partner(places[HAND_TIP], speeds[HAND_TIP], joints=places, speeds=speeds)
+        return now.later((time_ns - self.times_ns[-1]) / NANO)
+
+
+@dataclass
+class ArmInputs(RobotInputs):
+    """Newest inputs of a node that hears motion capture itself."""
+
+    what: ClassVar[str] = "arm"
+
+    _arms: dict[str, _Arm] = field(default_factory=dict)
+
+    def people_heard(self) -> dict[str, HeardPerson]:
+        """From when the newest sample of each hand is."""
+        return {body_id: HeardPerson(arm.times_ns[-1]) for body_id, arm in self._arms.items()}
+
+    def take(self, body_id: str, stamp_ns: int, keypoints: FloatArray) -> None:
+        """Take a sample of an arm; one in which the hand is not seen counts as none.
+
+        Args:
+            body_id: Whose.
+            stamp_ns: Capture time [ns].
+            keypoints: Shoulder, elbow, wrist, hand tip (4, 3) [m]; NaN where not seen.
+        """
+        if np.isfinite(keypoints[HAND_TIP]).all():
+            self._arms.setdefault(body_id, _Arm()).add(stamp_ns, keypoints)
+
+    def forget(self) -> None:
+        """Drop all that was heard, because its stamps mean nothing any more."""
+        super().forget()
+        self._arms.clear()
+
+    def forget_body(self, body_id: str) -> None:
+        """Drop what is known of a body."""
+        self._arms.pop(body_id, None)
+
+    def partners(self, time_ns: int) -> list[Partner]:
+        """The hands of all tracked bodies, extrapolated to a time [ns]."""
+        return [arm.partner(time_ns) for arm in self._tracked()]
+
+    def arms_now(self) -> list[FloatArray]:
+        """Keypoints (4, 3) [m] of each tracked arm, where they were seen last."""
+        return [arm.keypoints[-1] for arm in self._tracked()]
+
+    def newest_sample_ns(self) -> int:
+        """Oldest among the newest samples of the tracked hands [ns]; 0 when nobody is tracked."""
+        return min((arm.times_ns[-1] for arm in self._tracked()), default=0)
+
+    def _tracked(self) -> Iterator[_Arm]:
+        return (self._arms[body_id] for body_id in self.tracked or () if body_id in self._arms)
+
+
+class Arms:
+    """Listens to the arm of every tracked body.
+
+    Args:
+        node: Subscribes; faults are said by it.
+        inputs: Where samples go, once they have been checked.
+    """
+
+    def __init__(self, node: HriNode, inputs: ArmInputs) -> None:
+        self._node = node
+        self._inputs = inputs
+        self._topics: dict[str, str] = {}
+
+    def take(self, message: IdsList) -> None:
+        """Take who is tracked now; what is known of others is forgotten.
+
+        A body whose name no topic can have stays tracked without an arm, so that the robot stops.
+        """
+        for body_id in [known for known in self._topics if known not in message.ids]:
+            self._node.ignore(self._topics.pop(body_id))
+            self._inputs.forget_body(body_id)
+        for body_id in message.ids:
+            if body_id in self._topics:
+                continue
+            if not valid_body_id(body_id):
+                self._node.fault(
+                    "bodies", f"body {body_id!r} is tracked, and no topic has such a name"
+                )
+                continue
+            self._topics[body_id] = topic = f"humans/bodies/{body_id}/arm"
+            self._node.listen(HumanArm, topic, partial(self._on_arm, body_id), SENSOR)
+        self._inputs.tracked = tuple(message.ids)
+
+    def _on_arm(self, body_id: str, message: HumanArm) -> None:
+        try:
+            if message.body_id != body_id:
+                raise DataError(f"arm of {message.body_id!r} came on the topic of another body")
+            sample = sample_from_message(message)
+        except DataError as error:
+            self._node.fault("arm", str(error))
+            return
+        self._inputs.take(message.body_id, sample.stamp_ns, sample.keypoints)
