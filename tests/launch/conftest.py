@@ -1,4 +1,4 @@
-"""Runs the launch script as a user does, with real processes in a ROS domain of the test's own."""
+"""Runs the launch scripts as a user does, with real processes in a ROS domain of the test's own."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ from launched import Launched
 from terminals import Terminals
 
 ROOT = Path(__file__).resolve().parents[2]
-SCRIPT = ROOT / "scripts" / "launch_ptomp.py"
+SCRIPTS = ROOT / "scripts"
 
 
 @pytest.fixture
 def launch(tmp_path: Path) -> Iterator[Callable[..., Launched]]:
-    """Starts ``scripts/launch_ptomp.py`` with options; whatever is left of it is ended."""
+    """Starts a launch script with options; whatever is left of it is ended."""
     started: list[Launched] = []
     everything: list[psutil.Process] = []
 
-    def start(*options: str, out: Path | None = None) -> Launched:
+    def start(*options: str, out: Path | None = None, script: str = "launch_ptomp.py") -> Launched:
         domain = 1 + os.getpid() % 100
         folder = out or tmp_path / "run"
         printed = tmp_path / f"printed_{len(started)}.txt"
         with printed.open("w") as file:
             process = subprocess.Popen(
-                [sys.executable, str(SCRIPT), "--out", str(folder), *options],
+                [sys.executable, str(SCRIPTS / script), "--out", str(folder), *options],
                 stdout=file,
                 stderr=subprocess.STDOUT,
                 text=True,

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import psutil
 
-NODES = ("simulator", "person", "predictor", "ptomp", "recorder")
+NODES = ("simulator", "person", "predictor", "ptomp", "policy", "recorder")
 
 
 @dataclass

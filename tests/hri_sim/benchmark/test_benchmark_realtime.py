@@ -6,7 +6,8 @@ import time
 import numpy as np
 import pytest
 
-from hri_planner.nodes.ptomp_config import TRANSPORT_NS, PtompNodeConfig
+from hri_planner.nodes.motion_config import TRANSPORT_NS
+from hri_planner.nodes.ptomp_config import PtompNodeConfig
 from hri_planner.nodes.ptomp_node import TICK_S
 from hri_planner.ptomp import PtompPlanner
 from hri_prediction.errors import ConfigError

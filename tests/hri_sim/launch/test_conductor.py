@@ -10,9 +10,10 @@ import pytest
 import rclpy
 
 from hri_prediction.ros.messages import SimState
-from hri_sim.launch.conductor import Conductor, vital_topics
+from hri_sim.launch.conductor import Conductor
 from hri_sim.launch.held_signals import EndingSignals, HeldSignals
 from hri_sim.launch.supervisor import Supervisor
+from hri_sim.launch.vital import vital_topics
 from hri_sim.scenario.shipped import load_shipped
 
 SCENARIO = load_shipped("table_reach")

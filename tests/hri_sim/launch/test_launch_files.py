@@ -173,6 +173,13 @@ def test_another_planner_is_a_variant() -> None:
     assert parameters["planner.time_scaling"] is False
 
 
+def test_a_policy_takes_the_place_of_planner_and_predictor() -> None:
+    nodes = _launch(_path("ptomp.launch.py"), policy="rnn_gru_9x9_d1")
+    assert {node.executable for node in nodes} == {"simulator", "person", "policy"}
+    parameters = _plain(next(n for n in nodes if n.executable == "policy"))
+    assert parameters["policy"] == "rnn_gru_9x9_d1"
+
+
 def test_nothing_is_recorded_unless_asked_for() -> None:
     assert "recorder" not in {n.executable for n in _launch(_path("ptomp.launch.py"))}
 

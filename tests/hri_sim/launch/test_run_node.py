@@ -19,7 +19,17 @@ from hri_prediction.ros.readiness import ready_line  # noqa: E402
 from hri_sim.launch import run_node  # noqa: E402
 
 DOMAIN = 1 + (os.getpid() + 53) % 100
-NODES = ("mocap_live", "predictor", "ptomp", "person", "recorder", "replayer", "simulator")
+NODES = (
+    "dyad",
+    "mocap_live",
+    "person",
+    "policy",
+    "predictor",
+    "ptomp",
+    "recorder",
+    "replayer",
+    "simulator",
+)
 
 
 def test_without_arguments_the_nodes_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
@@ -36,12 +46,15 @@ def test_without_arguments_the_nodes_are_listed(capsys: pytest.CaptureFixture[st
 @pytest.mark.parametrize(
     ("names", "words"),
     [
-        (["hri_planner"], "It has ptomp"),
+        (["hri_planner"], "It has policy, ptomp"),
         (["hri"], "no package 'hri'"),
         (["hri", "ptomp"], "no package 'hri'"),
         (["hri_planner", "ptomp", "-p", "a:=1"], "parameters come after --ros-args"),
         (["hri_planner", "ptomp", "blah"], "'blah' would be ignored"),
-        (["hri_sim", "ptomp"], "no node 'ptomp'; it has person, recorder, replayer, simulator"),
+        (
+            ["hri_sim", "ptomp"],
+            "no node 'ptomp'; it has dyad, person, recorder, replayer, simulator",
+        ),
     ],
 )
 def test_what_no_node_could_use_is_refused(
@@ -78,6 +91,11 @@ def test_what_a_ready_node_says() -> None:
             "hri_sim.nodes.person_node",
             [],
             r"person ready: listens to /sim/cue; publishes /humans/bodies/.*; serves /person/reset",
+        ),
+        (
+            "hri_sim.nodes.dyad_node",
+            [],
+            r"dyad ready: publishes /humans/bodies/person1/arm, .*tracked, .*; serves /dyad/reset",
         ),
         (
             "hri_sim.nodes.recorder_node",

@@ -1,4 +1,4 @@
-"""The graph with the PTOMP planner, for machines with ``ros2 launch``.
+"""The graph with the PTOMP planner or a learned policy, for machines with ``ros2 launch``.
 
 Starts the same nodes with the same parameters as ``scripts/launch_ptomp.py``, but conducts nothing:
 the robot waits for a goal and the simulated person for a cue::
@@ -37,6 +37,10 @@ ARGUMENTS = {
     "scenario": ("", "scenario file (YAML); empty: the table scene that ships"),
     "seed": ("0", "seed of the person, the tracking noise and the planner"),
     "planner": ("ptomp", "motion planner: ptomp, itomp, stomp or another variant"),
+    "policy": (
+        "",
+        "policy that moves the robot instead, as rnn_gru_9x9_d1 (then goals go to policy/reach_target)",
+    ),
     "library": ("", "task library of train_promp.py; empty: constant-velocity prediction"),
     "record": ("", "bag folder to create; empty: nothing is recorded"),
     "human_file": ("", "recording to replay on cue instead of the simulated person"),
@@ -80,7 +84,11 @@ def nodes(context: LaunchContext) -> list[Node]:
     path = Path(values["scenario"] or str(shipped)).resolve()
     library = Path(values["library"]).resolve() if values["library"] else None
     options = RunOptions(
-        out=Path(), seed=int(values["seed"]), planner=values["planner"], library=library
+        out=Path(),
+        seed=int(values["seed"]),
+        planner=values["planner"],
+        library=library,
+        policy=values["policy"] or None,
     )
     placement = None
     if values["human_file"]:

@@ -17,25 +17,32 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 
+from hri_planner.ros.authority import STATUSES
 from hri_prediction.errors import GraphError
 from hri_prediction.ros.conversions import WORLD
-from hri_prediction.ros.messages import Cue, PlannerStatus, ReachTarget, SimState
+from hri_prediction.ros.messages import (
+    Cue,
+    PlannerStatus,
+    PolicyStatus,
+    ReachTarget,
+    SimState,
+)
 from hri_prediction.ros.node import STANDSTILL
 from hri_prediction.ros.qos import SENSOR, reliable
 from hri_prediction.ros.time import seconds_to_ns, to_time
 from hri_sim.launch.folder import LOGS
 from hri_sim.launch.held_signals import HeldSignals
-from hri_sim.launch.reports import INTERRUPTED, OUTCOMES, ReachReport
+from hri_sim.launch.leading import Leading
+from hri_sim.launch.moving_goals import Leader
+from hri_sim.launch.reports import INTERRUPTED, OUTCOMES, ReachReport, plans_of
 from hri_sim.launch.supervisor import Death, Supervisor
+from hri_sim.launch.vital import hears, vital_topics
 from hri_sim.scenario.schema import Scenario
 
 DISCOVERY_S = 1.0
 """How long to look for another graph before the start [s]."""
 CUE_LEAD_S = 0.1
 """The cue is sent this long before the reach begins, so that everyone has it in time [s]."""
-VITAL_TOPICS = ("sim/state", "joint_states", "joint_trajectory_controller/reference")
-PERSON_TOPICS = ("humans/bodies/{}/arm", "sim/bodies/{}/arm")
-"""A recorder that does not hear these yet, and those of each person, would miss the begin of the run."""
 FAR_M = 1e8
 """Clearances beyond this mean that nobody is there [m]."""
 PATIENCE_S = 20.0
@@ -70,7 +77,8 @@ class Conductor:
         supervisor: Whose nodes to watch.
         say: Takes the one-line live status.
         tell: Takes what must not be missed, such as the death of a node.
-        action: Name of the action to send goals to.
+        mover: The node that moves the robot, one of :data:`STATUSES`.
+        leader: Moves goals while the robot is on its way; none: they stay.
     """
 
     def __init__(
@@ -79,7 +87,8 @@ class Conductor:
         supervisor: Supervisor,
         say: Callable[[str], None],
         tell: Callable[[str], None],
-        action: str = "ptomp/reach_target",
+        mover: str = "ptomp",
+        leader: Leader | None = None,
     ) -> None:
         self._scenario = scenario
         self._supervisor = supervisor
@@ -92,22 +101,24 @@ class Conductor:
         self._executor = EventsExecutor()
         self._executor.add_node(self._node)
         self._cues = self._node.create_publisher(Cue, "sim/cue", reliable(10))
-        self._client = ActionClient(self._node, ReachTarget, action)
-        self._action = action
+        self._action = f"{mover}/reach_target"
+        self._client = ActionClient(self._node, ReachTarget, self._action)
+        self._leading = Leading(self._node, f"{mover}/goal", scenario, leader)
         self._begun = False
         self._health: dict[str, DiagnosticStatus] = {}
         self._state: SimState | None = None
-        self._status: PlannerStatus | None = None
+        self._status: PlannerStatus | PolicyStatus | None = None
         self._reports: list[ReachReport] = []
         self._closest: list[float] = []
         self._node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 50)
         self._node.create_subscription(SimState, "sim/state", self._on_state, SENSOR)
-        self._node.create_subscription(PlannerStatus, "ptomp/status", self._on_status, reliable(10))
+        self._node.create_subscription(
+            STATUSES[mover], f"{mover}/status", self._on_status, reliable(10)
+        )
         self._next_say = 0.0
         self._held_up: set[str] = set()
         self._goal: Any = None
-        self._cue_ns = 0
-        self._person_end_ns = 0
+        self._cue_ns = self._person_end_ns = 0
         self._accepted_s = 0.0
         self._vital = [self._node.resolve_topic_name(topic) for topic in vital_topics(scenario)]
 
@@ -179,7 +190,7 @@ class Conductor:
         if self._closest:
             self._closest[-1] = min(self._closest[-1], message.clearance)
 
-    def _on_status(self, message: PlannerStatus) -> None:
+    def _on_status(self, message: PlannerStatus | PolicyStatus) -> None:
         self._status = message
 
     def now_ns(self) -> int:
@@ -248,7 +259,7 @@ class Conductor:
             if time.monotonic() > patience:
                 return labels - self._health.keys()
             well = {name for name, s in self._health.items() if s.level == DiagnosticStatus.OK}
-            if "recorder" in well and not _hears(self._health["recorder"], self._vital):
+            if "recorder" in well and not hears(self._health["recorder"], self._vital):
                 well.remove("recorder")
             return labels - well
 
@@ -313,8 +324,11 @@ class Conductor:
         self._goal, self._accepted_s = handle, time.monotonic()
         future = handle.get_result_async()
 
+        self._leading.begin()
+
         def finished() -> bool:
             self._say_status(index)
+            self._leading.lead(index, time.monotonic() - self._accepted_s)
             return bool(future.done())
 
         self.spin_until(finished, 60.0, f"the result of {self._action}")
@@ -334,6 +348,7 @@ class Conductor:
             over_ns=end_ns,
             duration_s=float(result.duration),
             replans=int(result.replans),
+            goal=self._leading.place,
         )
         self._reports.append(report)
         # The person may still be on the way: the robot must stay clear of that too.
@@ -362,7 +377,7 @@ class Conductor:
                 end_ns=now_ns,
                 over_ns=now_ns,
                 duration_s=time.monotonic() - self._accepted_s if moved else 0.0,
-                replans=self._status.replan if moved and self._status is not None else 0,
+                replans=plans_of(self._status) if moved and self._status is not None else 0,
             )
         )
 
@@ -375,7 +390,7 @@ class Conductor:
         if self._status is not None:
             words.append(stages[min(self._status.stage, len(stages) - 1)])
             words.append(f"{self._status.distance_to_goal * 100:5.1f} cm to go")
-            words.append(f"replans {self._status.replan}")
+            words.append(f"plans {plans_of(self._status)}")
         if self._state is not None and self._state.clearance < FAR_M:
             closest = self._closest[-1]
             least = f" (least {closest * 100:.1f})" if closest < FAR_M else ""
@@ -383,15 +398,3 @@ class Conductor:
         if self._status is not None and self._status.reason:
             words.append(self._status.reason)
         self._say(" · ".join(words))
-
-
-def vital_topics(scenario: Scenario) -> list[str]:
-    """Topics without which a recording of a scenario is none, relative to the conductor's namespace."""
-    bodies = [person.id for person in scenario.persons]
-    return [*VITAL_TOPICS, *(topic.format(body) for body in bodies for topic in PERSON_TOPICS)]
-
-
-def _hears(recorder: DiagnosticStatus, topics: Sequence[str]) -> bool:
-    """Whether a recorder says that it has received messages of all these topics."""
-    counts = {item.key: item.value for item in recorder.values}
-    return all(counts.get(f"received {topic}", "0") != "0" for topic in topics)

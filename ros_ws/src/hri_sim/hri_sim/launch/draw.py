@@ -16,7 +16,7 @@ from hri_prediction.ros.messages import PlannerStatus
 from hri_prediction.ros.time import to_ns
 from hri_sim.launch.command import draw
 from hri_sim.launch.folder import BAG
-from hri_sim.launch.record import read_run, with_baseline
+from hri_sim.launch.record import read_run, status_topic, with_baseline
 from hri_sim.launch.reports import ReachReport
 from hri_sim.launch.run import explain
 from hri_sim.launch.scene import SCENARIO
@@ -52,13 +52,13 @@ def _bag(folder: Path, summary: dict[str, Any]) -> Path:
             return place
     raise ConfigError(
         f"{folder} holds no {BAG}",
-        expected="the folder of a run: --out of scripts/launch_ptomp.py or scripts/demo",
+        expected="the folder of a run: --out of scripts/launch_ptomp.py, launch_rnn.py or demo",
         hint="" if places[1] == places[0] else f"its summary names {places[1]}, which is not there",
     )
 
 
 def reports_of(reader: BagReader, outcomes: list[str]) -> list[ReachReport]:
-    """The reaches of a run as its bag tells them: from the cues, and from what the planner said.
+    """The reaches of a run as its bag tells them: from cues, and from what the mover of the robot said.
 
     A reach ends with the last status that the robot was under way to it, which is right to a replan.
 
@@ -71,8 +71,8 @@ def reports_of(reader: BagReader, outcomes: list[str]) -> list[ReachReport]:
     """
     cues: dict[int, int] = {}
     under_way: list[int] = []
-    status = {"/sim/cue", "/ptomp/status"}
-    for message in reader.messages(status & set(reader.topics)):
+    topics = {"/sim/cue", status_topic(reader.topics)}
+    for message in reader.messages(topics & set(reader.topics)):
         decoded = message.decode()
         if message.topic == "/sim/cue":
             cues.setdefault(decoded.reach, to_ns(decoded.header.stamp))

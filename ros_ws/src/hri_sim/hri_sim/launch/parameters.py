@@ -11,13 +11,16 @@ from typing import Any
 import yaml
 
 from hri_planner.adaptation.model_file import find_model
+from hri_planner.nodes.policy_config import PolicyNodeConfig
 from hri_planner.nodes.ptomp_config import PtompNodeConfig
+from hri_planner.policy.config import PolicyConfig
 from hri_planner.ptomp.config import load_default_config
 from hri_prediction.config import from_mapping
 from hri_prediction.errors import ConfigError, DataError, all_of
 from hri_prediction.nodes.predictor_node import PredictorNodeConfig
 from hri_prediction.prediction.config import PredictorConfig
 from hri_sim.launch.supervisor import NodeSpec
+from hri_sim.nodes.dyad_node import DyadNodeConfig
 from hri_sim.nodes.person_node import PersonNodeConfig
 from hri_sim.nodes.recorder_node import RecorderNodeConfig
 from hri_sim.nodes.replayer_node import ReplayerConfig
@@ -28,8 +31,10 @@ from hri_sim.simulator.simulation import SimulatorConfig
 CONFIGURATIONS: dict[str, tuple[tuple[str, Any], ...]] = {
     "simulator": (("", SimulatorNodeConfig()), ("", SimulatorConfig())),
     "person": (("", PersonNodeConfig()),),
+    "dyad": (("", DyadNodeConfig()),),
     "replayer": (("", ReplayerConfig()),),
     "predictor": (("", PredictorNodeConfig()), ("", PredictorConfig())),
+    "policy": (("", PolicyNodeConfig()), ("policy_planner.", PolicyConfig())),
     "ptomp": (("", PtompNodeConfig()), ("planner.", load_default_config())),
     "recorder": (("", RecorderNodeConfig()), ("", RecorderConfig())),
 }
@@ -41,6 +46,7 @@ OPTIONS = {
     ("replayer", "trial"): "--trial",
     ("replayer", "place"): "--place",
     ("predictor", "library"): "--library",
+    ("policy", "policy"): "--policy",
     ("recorder", "output"): "--record",
 }
 """Parameters that have an option of their own, which checks them and tells the other nodes."""

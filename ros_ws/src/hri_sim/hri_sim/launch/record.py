@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from hri_prediction.bags.inspect import inspect_bag
 from hri_prediction.bags.reader import BagReader
 from hri_prediction.errors import DataError
-from hri_prediction.ros.messages import HumanPrediction
+from hri_prediction.ros.messages import HumanPrediction, PolicyStatus
 from hri_prediction.ros.time import NANO, to_ns
 from hri_sim.launch.reports import ReachReport
 from hri_sim.media.frames import BaselineTrack, PredictionMark, ReachMark, RunRecord
@@ -21,6 +22,8 @@ from hri_sim.scenario.schema import Scenario
 from hri_sim.simulator.baseline import run_baseline
 
 FloatArray = NDArray[np.float64]
+GOALS_APART_M = 0.01
+"""Places of a goal that moves are shown this far apart [m]."""
 _FAR = 1e8  # clearances beyond this mean that nobody was there
 
 
@@ -34,7 +37,7 @@ class Series:
         reference_s: Times of the controller's references.
         handover_jump_rad: Step of the last hand-over before these times.
         speed_scale: Controller's speed scale at these times.
-        status_s: Times of the planner's status.
+        status_s: Times of the status of the node that moves the robot.
         misses: Deadline misses of the motion so far, at these times.
         mocap_to_prediction_ms: Newest sample used → prediction sent.
         mocap_to_trajectory_ms: Newest sample used → trajectory sent.
@@ -53,6 +56,11 @@ class Series:
     mocap_to_trajectory_ms: FloatArray
     rates_hz: dict[str, float]
     lost_messages: int
+
+
+def status_topic(topics: Iterable[str]) -> str:
+    """Where the node that moved the robot in a bag with these topics said what it does."""
+    return "/policy/status" if "/policy/status" in topics else "/ptomp/status"
 
 
 def _decode(reader: BagReader, topics: set[str]) -> dict[str, list[tuple[int, Any]]]:
@@ -82,12 +90,8 @@ def read_run(
     bodies = [person.id for person in scenario.persons]
     truth = [f"/sim/bodies/{body}/arm" for body in bodies]
     predictions = [f"/humans/bodies/{body}/prediction" for body in bodies]
-    fixed = [
-        "/sim/state",
-        "/joint_states",
-        "/ptomp/status",
-        "/joint_trajectory_controller/reference",
-    ]
+    said = status_topic(reader.topics)
+    fixed = ["/sim/state", "/joint_states", said, "/joint_trajectory_controller/reference"]
     trajectories = "/joint_trajectory_controller/joint_trajectory"
     topics = {*fixed, *truth, *predictions, trajectories}
     data = _decode(reader, topics & set(reader.topics) | set(fixed))
@@ -122,9 +126,10 @@ def read_run(
             {b: data.get(topic, []) for b, topic in zip(bodies, predictions, strict=True)}, origin
         ),
         title=title,
+        goals=_goals([message for _, message in data[said]]),
     )
     references = [message for _, message in data["/joint_trajectory_controller/reference"]]
-    status = [message for _, message in data["/ptomp/status"]]
+    status = [message for _, message in data[said]]
     delay_ns = sensor_delay_s * NANO
     to_prediction = [
         (sent - to_ns(m.header.stamp) - delay_ns) / 1e6
@@ -152,6 +157,17 @@ def read_run(
         rates_hz={t.topic: t.rate_hz if math.isfinite(t.rate_hz) else 0.0 for t in report.topics},
         lost_messages=sum(t.missing or 0 for t in report.topics),
     )
+
+
+def _goals(status: list[Any]) -> FloatArray | None:
+    """Where a policy was sent (M, 3) [m], each place once; none when nothing says so."""
+    found: list[FloatArray] = []
+    for message in status:
+        if isinstance(message, PolicyStatus) and message.stage == PolicyStatus.MOVING:
+            place = np.array(message.goal)
+            if not found or np.linalg.norm(place - found[-1]) > GOALS_APART_M:
+                found.append(place)
+    return np.array(found) if found else None
 
 
 def _arms(messages: list[list[tuple[int, Any]]], stamps: NDArray[np.int64]) -> FloatArray:

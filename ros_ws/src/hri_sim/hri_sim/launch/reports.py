@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hri_prediction.ros.messages import ReachTarget
+from hri_prediction.ros.messages import PlannerStatus, PolicyStatus, ReachTarget
 
 OUTCOMES = {
     ReachTarget.Result.REACHED: "reached",
@@ -37,6 +37,7 @@ class ReachReport:
         min_clearance_m: Smallest true clearance that was heard from the cue to the next one, the
             rest included [m]; none when nobody was there. Samples may have been missed: a bag
             knows better.
+        goal: Where the goal was in the end, if it had moved [m].
     """
 
     index: int
@@ -49,3 +50,9 @@ class ReachReport:
     duration_s: float
     replans: int
     min_clearance_m: float | None = None
+    goal: tuple[float, float, float] | None = None
+
+
+def plans_of(status: PlannerStatus | PolicyStatus) -> int:
+    """Plans of the present motion so far."""
+    return int(status.cycle if isinstance(status, PolicyStatus) else status.replan)

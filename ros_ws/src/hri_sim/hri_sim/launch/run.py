@@ -17,6 +17,7 @@ from rich.console import Console
 from rich.markup import escape
 
 from hri_planner.ptomp.variants import find_variant
+from hri_planner.rnn.model_file import find_policy, load_policy
 from hri_prediction.errors import HriError
 from hri_prediction.results.origin import results_origin
 from hri_prediction.tracks.placement import Placement
@@ -57,6 +58,9 @@ class RunOptions:
         library: Task library; none: trained on simulated reaches of the scenario's tasks (replay:
             none, prediction by constant velocity).
         parameters: File with further parameters, ``{node: {parameter: value}}``.
+        policy: Policy that moves the robot instead of a planner: a file, or one that ships; none: a
+            planner.
+        scene: How the goals of a policy behave, one of :data:`hri_sim.launch.moving_goals.SCENES`.
     """
 
     out: Path
@@ -71,6 +75,18 @@ class RunOptions:
     place: str | None = None
     library: Path | None = None
     parameters: Path | None = None
+    policy: str | None = None
+    scene: str = "sequence"
+
+    @property
+    def mover(self) -> str:
+        """The node that moves the robot."""
+        return "ptomp" if self.policy is None else "policy"
+
+    @property
+    def moved_by(self) -> str:
+        """What moves the robot, for titles and files."""
+        return self.planner if self.policy is None else Path(self.policy).stem
 
 
 @dataclass(frozen=True)
@@ -98,23 +114,11 @@ def node_specs(
     placement: Placement | None,
     bag: Path,
 ) -> list[NodeSpec]:
-    """The nodes of a ptomp run, each with the parameters that are not as by default."""
+    """The nodes of a run, each with the parameters that are not as by default."""
     common = {"scenario": str(scenario_path), "seed": options.seed}
-    names = list(scenario.targets)
-    variant = find_variant(options.planner)
-    ptomp: dict[str, Any] = {
-        "seed": options.seed,
-        "variant": variant.name,
-        **{f"planner.{name}": value for name, value in variant.settings.items()},
-        "target_names": names,
-        "target_positions": [float(v) for name in names for v in scenario.targets[name]],
-        "table_center": [float(v) for v in scenario.table.center],
-        "table_size": [float(v) for v in scenario.table.size],
-    }
     specs = [
         NodeSpec("hri_sim", "simulator", {**common, "command_timeout": COMMAND_TIMEOUT_S}),
-        NodeSpec("hri_prediction", "predictor", {"library": str(library) if library else ""}),
-        NodeSpec("hri_planner", "ptomp", ptomp),
+        *_mover_specs(options, scenario, library),
         NodeSpec(
             "hri_sim",
             "recorder",
@@ -124,7 +128,7 @@ def node_specs(
                     {
                         "seed": options.seed,
                         "scenario": scenario.name,
-                        "planner": options.planner,
+                        "planner": options.moved_by,
                         "human": options.human,
                         "human_file": options.human_file.name if options.human_file else "",
                         "library": str(library or ""),
@@ -158,6 +162,33 @@ def node_specs(
             ),
         )
     return specs
+
+
+def _mover_specs(options: RunOptions, scenario: Scenario, library: Path | None) -> list[NodeSpec]:
+    """The node that moves the robot, and what it needs to know of people."""
+    names = list(scenario.targets)
+    scene: dict[str, Any] = {
+        "target_names": names,
+        "target_positions": [float(v) for name in names for v in scenario.targets[name]],
+        "table_center": [float(v) for v in scenario.table.center],
+        "table_size": [float(v) for v in scenario.table.size],
+    }
+    if options.policy is not None:
+        policy = find_policy(options.policy)
+        load_policy(policy)  # a wrong file is named before anything starts
+        given = str(policy.resolve()) if options.policy.endswith(".npz") else options.policy
+        return [NodeSpec("hri_planner", "policy", {"policy": given, **scene})]
+    variant = find_variant(options.planner)
+    ptomp: dict[str, Any] = {
+        "seed": options.seed,
+        "variant": variant.name,
+        **{f"planner.{name}": value for name, value in variant.settings.items()},
+        **scene,
+    }
+    return [
+        NodeSpec("hri_prediction", "predictor", {"library": str(library) if library else ""}),
+        NodeSpec("hri_planner", "ptomp", ptomp),
+    ]
 
 
 @contextlib.contextmanager
@@ -202,7 +233,8 @@ def _run_graph(
 ) -> RunResult:
     bag = folders.bag
     origin = results_origin()
-    scenario, placement, facing = run_scene(options)
+    scene, placement, facing = run_scene(options)
+    scenario = scene.scenario
     scenario_path = (options.out / SCENARIO).resolve()
     save_scenario(scenario_path, scenario)
     library = run_library(options, scenario, facing, lambda text: _print(console, text))
@@ -214,7 +246,14 @@ def _run_graph(
     cpu_cores = 0.0
     broken: BaseException | None = None
     with _status_line(console) as say, Supervisor(options.out) as supervisor:
-        conductor = Conductor(scenario, supervisor, say, tell=lambda text: _print(console, text))
+        conductor = Conductor(
+            scenario,
+            supervisor,
+            say,
+            tell=lambda text: _print(console, text),
+            mover=options.mover,
+            leader=scene.leader,
+        )
         try:
             conductor.check_alone([spec.label for spec in specs])
             supervisor.start(specs)
@@ -250,16 +289,17 @@ def _run_graph(
             scenario,
             reports,
             sensor_delay_s=scenario.persons[0].latency if simulated else 0.0,
-            title=f"{scenario.name} · {options.planner} · seed {options.seed}",
+            title=f"{scenario.name} · {options.moved_by} · seed {options.seed}",
         )
-        if broken is None and not signals.count:
+        # A goal that moves has no nominal motion to compare with.
+        if broken is None and not signals.count and scene.leader is None:
             series = replace(series, record=with_baseline(series.record))
     except Exception as error:  # a bag that ended early may be broken in any way
         if not (broken or supervisor.died("recorder") or "recorder" in killed):
             raise
         _print(console, f"no figures of the recording, which ended early: {error}")
     summary = summarise(series, reports, scenario=scenario, bag=bag, seed=options.seed)
-    summary["planner"] = options.planner
+    summary["planner"] = options.moved_by
     summary["origin"] = origin
     try:
         write_summary(options.out / SUMMARY, summary)

@@ -14,9 +14,9 @@ from hri_prediction.tracks.files import load_tracks
 from hri_prediction.tracks.placement import Placement
 from hri_prediction.tracks.seating import facing_deg, suggest_placement
 from hri_sim.launch.folder import naming
+from hri_sim.launch.moving_goals import SCENES, Scene, draw_scene
 from hri_sim.people.seeding import training_generator
 from hri_sim.people.training import scenario_training
-from hri_sim.scenario.conditions import draw_scenario
 from hri_sim.scenario.recorded import recorded_scenario
 from hri_sim.scenario.schema import Scenario, load_scenario
 
@@ -27,7 +27,7 @@ SCENARIO, LIBRARY = "scenario.yaml", "library.npz"
 """Files that a run leaves in its folder before its nodes start."""
 
 
-def run_scene(options: RunOptions) -> tuple[Scenario, Placement | None, float | None]:
+def run_scene(options: RunOptions) -> tuple[Scene, Placement | None, float | None]:
     """Scenario of the run, where a recording is put, and where its person then faces [deg].
 
     Raises:
@@ -36,6 +36,15 @@ def run_scene(options: RunOptions) -> tuple[Scenario, Placement | None, float | 
     if options.reaches is not None and options.reaches < 1:
         raise ConfigError(
             f"--reaches {options.reaches}", expected="at least 1", hint="give more, or leave it out"
+        )
+    if options.scene not in SCENES:
+        raise ConfigError(f"--scene {options.scene}", expected="one of " + ", ".join(SCENES))
+    drawn = options.human == "simulated" and options.scenario is None
+    if options.scene != "sequence" and not drawn:
+        raise ConfigError(
+            f"--scene {options.scene} with a recording or a --scenario",
+            expected="sequence: in the others people and goals are drawn",
+            hint="leave --scene out, or --human and --scenario",
         )
     if options.human == "simulated":
         for name in ("human_file", "trial", "place"):
@@ -49,8 +58,8 @@ def run_scene(options: RunOptions) -> tuple[Scenario, Placement | None, float | 
                 raise ConfigError(
                     "--reaches with a --scenario", hint="the scenario file says how many there are"
                 )
-            return _read_scenario(options.scenario), None, None
-        return draw_scenario(options.seed, options.reaches or 3), None, None
+            return Scene(_read_scenario(options.scenario)), None, None
+        return draw_scene(options.scene, options.seed, options.reaches or 3), None, None
     if options.human_file is None:
         raise ConfigError(
             "--human replay without --human-file",
@@ -77,8 +86,8 @@ def run_scene(options: RunOptions) -> tuple[Scenario, Placement | None, float | 
         facing = facing_deg(track, placement)
     placed = track.transformed(placement)
     if options.scenario is not None:
-        return _read_scenario(options.scenario), placement, facing
-    return recorded_scenario(placed, options.seed, options.reaches), placement, facing
+        return Scene(_read_scenario(options.scenario)), placement, facing
+    return Scene(recorded_scenario(placed, options.seed, options.reaches)), placement, facing
 
 
 def _read_scenario(path: Path) -> Scenario:
@@ -101,6 +110,8 @@ def run_library(
         ConfigError: when the planner is one that is told of constant velocity.
         DataError: when it cannot be read.
     """
+    if options.policy is not None:
+        return None
     learnt = find_variant(options.planner).prediction == "promp"
     if options.library is not None:
         if not learnt:

@@ -80,7 +80,7 @@ def reach_figures(series: Series | None, reports: list[ReachReport]) -> list[Rea
         jumps = series.handover_jump_rad[during(series.reference_s)]
         misses = series.misses[during(series.status_s)]
         baseline = series.record.baseline
-        target = np.array(series.record.scenario.targets[report.target])
+        target = np.array(report.goal or series.record.scenario.targets[report.target])
         found.append(
             replace(
                 reach,

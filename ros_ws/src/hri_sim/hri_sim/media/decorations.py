@@ -26,9 +26,8 @@ class Decorations:
     def __init__(self, record: RunRecord) -> None:
         self._record = record
         scenario = record.scenario
-        used = {reach.robot_target for reach in scenario.reaches}
         still = [torso_shape(person) for person in scenario.persons]
-        self._still = Capsules.joined([*still, target_shape(scenario, used)])
+        self._still = Capsules.joined([*still, target_shape(record.goal_places)])
         self._tool = load_robot().frames(record.q)[:, 3]
 
     def at(self, time_s: float) -> tuple[Capsules, Capsules]:

@@ -76,6 +76,8 @@ class RunRecord:
         predictions: Some or all predictions, in the order of time.
         baseline: The run without replanning, when it is known.
         title: Heading of picture and video.
+        goals: Where the robot was sent (M, 3) [m], when that was seen; none: to the targets of the
+            scenario's reaches.
 
     Raises:
         DataError: when lengths do not fit or times do not increase.
@@ -90,6 +92,15 @@ class RunRecord:
     predictions: tuple[PredictionMark, ...] = ()
     baseline: BaselineTrack | None = None
     title: str = ""
+    goals: FloatArray | None = None
+
+    @property
+    def goal_places(self) -> FloatArray:
+        """Where the robot was sent (M, 3) [m]."""
+        if self.goals is not None:
+            return self.goals
+        names = sorted({reach.robot_target for reach in self.scenario.reaches})
+        return np.array([self.scenario.targets[name] for name in names]).reshape(-1, 3)
 
     def __post_init__(self) -> None:
         """Check shapes and times."""

@@ -99,9 +99,8 @@ def arm_shape(arm: FloatArray) -> Capsules:
     return Capsules(ends[seen], ArmRadii().array[seen], np.array(LIMBS)[seen])
 
 
-def target_shape(scenario: Scenario, names: set[str]) -> Capsules:
-    """Green balls at targets of the scenario."""
-    points = np.array([scenario.targets[name] for name in sorted(names)]).reshape(-1, 3)
+def target_shape(points: FloatArray) -> Capsules:
+    """Green balls at goals (n, 3) [m]."""
     ends = np.stack((points, points), axis=1)
     return Capsules(ends, np.full(len(points), 0.018), np.tile(GREEN, (len(points), 1)))
 

@@ -136,7 +136,7 @@ def _draw_scene(axes: Axes, moment: _Moment) -> None:
     solid = [robot_shape(moment.robot, moment.q)]
     solid += [arm_shape(arm) for arm in moment.arms]
     solid += [torso_shape(person) for person in scenario.persons]
-    solid.append(target_shape(scenario, {reach.robot_target for reach in scenario.reaches}))
+    solid.append(target_shape(record.goal_places))
     solid.append(Capsules.along(moment.tool[moment.during][::4], 0.006, BLUE))
     if moment.baseline_tool is not None:
         dashes = moment.baseline_tool[::4].copy()
@@ -230,9 +230,7 @@ def _draw_top_view(axes: Axes, moment: _Moment) -> None:
         axes.plot(*moment.baseline_tool[:, :2].T, "--", color="0.25", lw=1.5, zorder=5)
     axes.plot(*moment.tool[during, :2].T, color="white", lw=4.0, zorder=5.5, alpha=0.8)
     axes.plot(*moment.tool[during, :2].T, color=BLUE, lw=2.2, zorder=6)
-    used = {reach.robot_target for reach in scenario.reaches}
-    for name in sorted(used):
-        axes.plot(*scenario.targets[name][:2], "o", ms=7, mfc=GREEN, mec="white", zorder=7)
+    axes.plot(*record.goal_places[:, :2].T, "o", ms=7, mfc=GREEN, mec="white", zorder=7)
     ends = moment.closest_points()
     if ends is not None:
         axes.plot(*ends[:, :2].T, "-", color="black", lw=1.4, zorder=8)

@@ -6,7 +6,7 @@ import zlib
 
 import numpy as np
 
-_REACH, _TRACKING, _TRAINING, _POPULATION, _CHANGE = 1, 2, 3, 4, 5
+_REACH, _TRACKING, _TRAINING, _POPULATION, _CHANGE, _DYAD = 1, 2, 3, 4, 5, 6
 
 
 def _generator(seed: int, stream: int, body_id: str, index: int) -> np.random.Generator:
@@ -36,3 +36,8 @@ def population_generator(seed: int, body_id: str, index: int) -> np.random.Gener
 def change_generator(seed: int, body_id: str, reach: int) -> np.random.Generator:
     """When and to where a reach of a person is diverted."""
     return _generator(seed, _CHANGE, body_id, reach)
+
+
+def dyad_generator(seed: int) -> np.random.Generator:
+    """All that the two people of a dyad are and do."""
+    return _generator(seed, _DYAD, "", 0)

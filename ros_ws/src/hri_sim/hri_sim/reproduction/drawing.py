@@ -104,7 +104,7 @@ def draw_scene(
     camera = camera_showing(scenario, np.concatenate([*bodies, *tools]))
     caster = RayCaster(_WIDTH, _HEIGHT, camera, scenario.table.center, scenario.table.size, 2)
     solid = [robot_shape(robot, shown.run.q[row]), arm_shape(arm), trunk]
-    solid.append(target_shape(scenario, {ROBOT_GOAL}))
+    solid.append(target_shape(np.array([scenario.targets[ROBOT_GOAL]])))
     for trace, whole in zip(paths, tools, strict=True):
         tool = whole[::4].copy()
         if trace.style != "-":

@@ -9,12 +9,13 @@
 Each entry is a callable that takes ``context=`` and ``lockstep_ns=`` and returns a
 :class:`hri_prediction.ros.node.HriNode`. Same seed, same message sequences, byte for byte.
 ``node_factory`` makes such a callable of a node class with parameters and remappings;
-``ptomp_graph`` is the whole graph of a scenario, into which a test puts nodes of its own.
+``ptomp_graph`` and ``policy_graph`` are the whole graph of a scenario, with a planner or a policy, into
+which a test puts nodes of its own.
 """
 
 from hri_sim.testing.graph import Graph, ReachHandle
 from hri_sim.testing.lockstep import LockStep, TopicLog
-from hri_sim.testing.scenes import cue, node_factory, ptomp_graph, reach
+from hri_sim.testing.scenes import cue, node_factory, policy_graph, ptomp_graph, reach
 
 __all__ = [
     "Graph",
@@ -23,6 +24,7 @@ __all__ = [
     "TopicLog",
     "cue",
     "node_factory",
+    "policy_graph",
     "ptomp_graph",
     "reach",
 ]

@@ -1,4 +1,4 @@
-"""The whole ptomp graph of a scenario in lock-step, with the parameters of a launched run."""
+"""The whole graph of a scenario in lock-step, with the parameters of a launched run."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from typing import Any
 from rclpy.parameter import Parameter
 from std_msgs.msg import Header
 
+from hri_planner.nodes.policy_config import DEFAULT_POLICY
+from hri_planner.nodes.policy_node import PolicyNode
 from hri_planner.nodes.ptomp_node import PtompNode
 from hri_prediction.errors import ConfigError
 from hri_prediction.nodes.predictor_node import PredictorNode
@@ -30,7 +32,14 @@ NODES: dict[str, type[HriNode]] = {
     "ptomp": PtompNode,
     "simulator": SimulatorNode,
 }
-"""Nodes of the graph, in ticking order: sources before sinks."""
+"""Nodes of the graph with a planner, in ticking order: sources before sinks."""
+
+POLICY_NODES: dict[str, type[HriNode]] = {
+    "person": PersonNode,
+    "policy": PolicyNode,
+    "simulator": SimulatorNode,
+}
+"""The same with a policy."""
 
 
 def node_factory(
@@ -91,22 +100,88 @@ def ptomp_graph(
     Raises:
         ConfigError: when ``parameters`` or ``remappings`` name a node that is not in the graph.
     """
-    for name in {*(parameters or {}), *(remappings or {})} - NODES.keys():
-        raise ConfigError(f"no node {name!r} in this graph", expected=", ".join(NODES))
-    path = folder / "scenario.yaml"
+    return _graph(
+        NODES,
+        RunOptions(out=folder, seed=seed),
+        scenario,
+        library=library,
+        parameters=parameters or {},
+        remappings=remappings or {},
+        sensors=sensors,
+        others=others,
+        **graph,
+    )
+
+
+def policy_graph(
+    scenario: Scenario,
+    folder: Path,
+    *,
+    policy: str = DEFAULT_POLICY,
+    seed: int = 0,
+    parameters: Mapping[str, Mapping[str, Any]] | None = None,
+    remappings: Mapping[str, Mapping[str, str]] | None = None,
+    sensors: Sequence[NodeFactory] = (),
+    others: Sequence[NodeFactory] = (),
+    **graph: Any,
+) -> Graph:
+    """Person, policy and simulator of a scenario, ready to run in lock-step.
+
+    Args:
+        scenario: Scene, people and reaches.
+        folder: Where the scenario file goes.
+        policy: What moves the robot: a file, or a policy that ships.
+        seed: Seed of people and simulator.
+        parameters: Further parameters by node name.
+        remappings: Topic remappings by node name.
+        sensors: Further nodes that tick after the person and before the policy.
+        others: Further nodes that tick last.
+        graph: Further arguments of :class:`Graph`.
+
+    Raises:
+        ConfigError: when the policy is unknown, or ``parameters`` or ``remappings`` name a node that is
+            not in the graph.
+    """
+    return _graph(
+        POLICY_NODES,
+        RunOptions(out=folder, seed=seed, policy=policy),
+        scenario,
+        library=None,
+        parameters=parameters or {},
+        remappings=remappings or {},
+        sensors=sensors,
+        others=others,
+        **graph,
+    )
+
+
+def _graph(
+    nodes: Mapping[str, type[HriNode]],
+    options: RunOptions,
+    scenario: Scenario,
+    *,
+    library: Path | None,
+    parameters: Mapping[str, Mapping[str, Any]],
+    remappings: Mapping[str, Mapping[str, str]],
+    sensors: Sequence[NodeFactory],
+    others: Sequence[NodeFactory],
+    **graph: Any,
+) -> Graph:
+    for name in {*parameters, *remappings} - nodes.keys():
+        raise ConfigError(f"no node {name!r} in this graph", expected=", ".join(nodes))
+    path = options.out / "scenario.yaml"
     save_scenario(path, scenario)
-    options = RunOptions(out=folder, seed=seed)
     specs = {
         spec.label: spec
-        for spec in node_specs(options, scenario, path, library, None, folder / "bag")
+        for spec in node_specs(options, scenario, path, library, None, options.out / "bag")
     }
     made = {
         name: node_factory(
             node,
-            parameters={**specs[name].parameters, **(parameters or {}).get(name, {})},
-            remappings=(remappings or {}).get(name),
+            parameters={**specs[name].parameters, **parameters.get(name, {})},
+            remappings=remappings.get(name),
         )
-        for name, node in NODES.items()
+        for name, node in nodes.items()
         if name != "person" or scenario.persons
     }
     sources = [made.pop("person")] if "person" in made else []
@@ -126,8 +201,10 @@ def cue(graph: Graph, scenario: Scenario, index: int) -> None:
     graph.publish(Cue, "sim/cue", message, reliable(10))
 
 
-def reach(graph: Graph, scenario: Scenario, index: int) -> ReachHandle:
+def reach(
+    graph: Graph, scenario: Scenario, index: int, action: str = "/ptomp/reach_target"
+) -> ReachHandle:
     """Send the robot's goal of a reach."""
     reach_spec = scenario.reaches[index]
     goal = ReachTarget.Goal(target=reach_spec.robot_target, duration=reach_spec.duration)
-    return graph.reach(goal)
+    return graph.reach(goal, action)

@@ -1,0 +1,66 @@
+"""The two people of a dyad as bodies that motion capture sees."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+
+import numpy as np
+from pydantic import ValidationError
+
+from hri_prediction.arm.geometry import FloatArray
+from hri_prediction.errors import ConfigError
+from hri_prediction.tracks.placement import Placement
+from hri_sim.dyads.arms import SeatedArm
+from hri_sim.dyads.hands import STEP_S
+from hri_sim.dyads.motion import DyadMotion
+from hri_sim.people.capture import CapturedBody
+from hri_sim.people.seeding import tracking_generator
+from hri_sim.people.tracking import TrackingModel
+from hri_sim.scenario.schema import PersonSpec
+
+
+def named_person(name: str) -> PersonSpec:
+    """Somebody of this name, with the usual arm and tracking.
+
+    Raises:
+        ConfigError: when a body cannot have this name.
+    """
+    try:
+        return PersonSpec(id=name)
+    except ValidationError as error:
+        raise ConfigError(
+            f"body {name!r}", expected="a letter, then letters, digits and _"
+        ) from error
+
+
+def dyad_bodies(
+    motion: DyadMotion, ids: Sequence[str], seed: int, place: Placement
+) -> dict[str, CapturedBody]:
+    """Both people, by name.
+
+    Args:
+        motion: What their hands do.
+        ids: Names of learner and partner.
+        seed: Of the tracking.
+        place: Where the middle of the table top is in the world.
+
+    Raises:
+        ConfigError: when a body cannot have such a name.
+    """
+    found = {}
+    for person, name in enumerate(ids):
+        spec = named_person(name)
+        arm = SeatedArm(motion.setup.shoulders[person], float(motion.setup.yaw[person]))
+        truth: Callable[[float], FloatArray] = partial(_truth, motion, person, arm, place)
+        tracking = TrackingModel(spec, tracking_generator(seed, name))
+        found[name] = CapturedBody(truth, spec.side, tracking)
+    return found
+
+
+def _truth(
+    motion: DyadMotion, person: int, arm: SeatedArm, place: Placement, seconds: float
+) -> FloatArray:
+    """Keypoints (4, 3) [m] at a time, world frame."""
+    hand = motion.at(round(seconds / STEP_S))[person]
+    return np.asarray(place.apply(arm.keypoints(hand)))

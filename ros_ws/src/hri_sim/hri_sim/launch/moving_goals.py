@@ -1,0 +1,109 @@
+"""Goals that change while the robot is on its way to them, as the demo scenes of policies have."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hri_prediction.errors import ConfigError
+from hri_sim.scenario.conditions import draw_scenario
+from hri_sim.scenario.schema import Scenario
+
+FloatArray = NDArray[np.float64]
+
+SCENES = {
+    "sequence": "goals one after the other, while the person reaches through the same space",
+    "switch": "each goal is changed to another one in mid-flight",
+    "handover": "the goal stays in front of the person's moving hand",
+}
+
+SWITCH_AFTER_S = 0.5
+"""From the begin of a motion to the change of its goal [s]."""
+
+HANDOVER_M = 0.20
+"""Distance of the tool's goal from the person's hand tip, towards the robot [m]."""
+
+HELD_OUT_M = ((0.50, 0.62), (-0.20, 0.20), (0.15, 0.30))
+"""Where people hold things out: ranges of x, y and z [m]."""
+
+_SHOULDER_HEIGHT_M = 0.31
+_TRIES = 200
+
+Leader = Callable[[int, float, FloatArray | None], FloatArray | None]
+"""Where the goal of a reach (its number) is, so long after its begin [s], with the hand of its person
+(3,) [m] where that is seen: (3,) [m]; none: where it was."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """What is conducted.
+
+    Attributes:
+        scenario: Reaches with their first goals.
+        leader: Moves the goals; none: they stay.
+    """
+
+    scenario: Scenario
+    leader: Leader | None = None
+
+
+def draw_scene(name: str, seed: int, reaches: int) -> Scene:
+    """A demo scene, one of :data:`SCENES`.
+
+    Args:
+        name: Of the scene.
+        seed: Draws people and places.
+        reaches: How many.
+
+    Raises:
+        ConfigError: when the scenario cannot be drawn.
+    """
+    if name == "switch":
+        drawn = draw_scenario(seed, 2 * reaches)
+        # The robot never gets to the first goal of each pair; the person does all of them.
+        later = [drawn.targets[reach.robot_target] for reach in drawn.reaches[1::2]]
+        kept = tuple(reach.model_copy(update={"start": 0.0}) for reach in drawn.reaches[::2])
+        scenario = drawn.model_copy(update={"reaches": kept, "name": f"switch_{seed}"})
+        return Scene(scenario, _switch([np.array(place) for place in later]))
+    if name == "handover":
+        return Scene(_handed_over(draw_scenario(seed, reaches), seed), _in_front_of_hand)
+    return Scene(draw_scenario(seed, reaches))
+
+
+def _handed_over(drawn: Scenario, seed: int) -> Scenario:
+    """The same with people who hold things out to the robot, where it can get at them."""
+    rng = np.random.default_rng(seed)
+    targets = dict(drawn.targets)
+    low, high = np.array(HELD_OUT_M).T
+    for index, reach in enumerate(drawn.reaches):
+        if reach.person_target is None:
+            continue
+        arm = drawn.person_of(index).arm
+        places = rng.uniform(low, high, (_TRIES, 3))
+        found = next((place for place in places if arm.can_reach(place)), None)
+        if found is None:
+            raise ConfigError(
+                f"--seed {seed}: the person cannot hold anything out to the robot",
+                hint="take another seed",
+            )
+        x, y, z = (round(float(value), 3) for value in found)
+        targets[reach.person_target] = (x, y, z)
+    return drawn.model_copy(update={"targets": targets, "name": f"handover_{seed}"})
+
+
+def _switch(later: list[FloatArray]) -> Leader:
+    def lead(index: int, elapsed_s: float, hand: FloatArray | None) -> FloatArray | None:
+        return later[index] if elapsed_s >= SWITCH_AFTER_S else None
+
+    return lead
+
+
+def _in_front_of_hand(index: int, elapsed_s: float, hand: FloatArray | None) -> FloatArray | None:
+    if hand is None:
+        return None
+    away = np.array((0.0, 0.0, _SHOULDER_HEIGHT_M)) - hand
+    goal: FloatArray = hand + HANDOVER_M * away / float(np.linalg.norm(away))
+    return goal

@@ -1,0 +1,93 @@
+"""Command line of ``scripts/launch_rnn.py``: the whole graph with a policy that was learnt from people."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from hri_planner.nodes.policy_config import DEFAULT_POLICY
+from hri_planner.rnn.model_file import shipped_policies
+from hri_sim.launch.command import conduct
+from hri_sim.launch.moving_goals import SCENES
+from hri_sim.launch.ptomp import HUMANS, default_folder, one_of
+from hri_sim.launch.run import RunOptions
+
+app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+
+
+@app.command(context_settings={"help_option_names": ["-h", "--help"]})
+def launch(
+    scene: Annotated[
+        str,
+        typer.Option(help="; ".join(f"{name}: {what}" for name, what in SCENES.items()) + "."),
+    ] = "sequence",
+    policy: Annotated[
+        str,
+        typer.Option(
+            help="What moves the robot: a .npz file of train_rnn.py, or one that ships: "
+            + ", ".join(shipped_policies())
+            + "."
+        ),
+    ] = DEFAULT_POLICY,
+    human: Annotated[
+        str, typer.Option(help="Where the person comes from: simulated or replay.")
+    ] = "simulated",
+    human_file: Annotated[
+        Path | None, typer.Option(help="Recording to replay: mocap bag or track file.")
+    ] = None,
+    trial: Annotated[int | None, typer.Option(help="Trial of the recording, from 0.")] = None,
+    place: Annotated[
+        str | None,
+        typer.Option(
+            help="Where the recording is put: X,Y,Z,YAW in metres and degrees. "
+            "Default: seated across the table, facing the robot."
+        ),
+    ] = None,
+    scenario: Annotated[
+        Path | None, typer.Option(help="Scenario file (YAML). Default: drawn by the seed.")
+    ] = None,
+    reaches: Annotated[int | None, typer.Option(help="Reaches of a drawn scenario.")] = None,
+    parameters: Annotated[
+        Path | None, typer.Option(help="YAML file with parameters: 'node: {parameter: value}'.")
+    ] = None,
+    record: Annotated[
+        Path | None, typer.Option(help="Bag folder to create. Default: bag in --out.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the run. Default: runs/rnn_<time>.")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Seed of everything random.", min=0)] = 0,
+    picture: Annotated[bool, typer.Option(help="Draw picture.png at the end.")] = True,
+    video: Annotated[bool, typer.Option(help="Render video.mp4 after the run.")] = False,
+) -> None:
+    """Launch the graph: simulator, person, policy, recorder, each its own process.
+
+    Conducts the reaches of a scene, then stops all nodes. Leaves a bag, summary.json, picture.png, a
+    video if asked for, and the nodes' logs in the run's folder. Exit code 0: all reached, nobody
+    touched; 1: something went wrong; 3: all nodes ran, but a reach was not reached or the person was
+    touched (the table says); 130 after Ctrl-C, 143 after SIGTERM.
+    """
+    options = RunOptions(
+        out=out or default_folder("rnn"),
+        bag=record,
+        seed=seed,
+        scenario=scenario,
+        reaches=reaches,
+        human=one_of("human", human, HUMANS),
+        human_file=human_file,
+        trial=trial,
+        place=place,
+        parameters=parameters,
+        policy=policy,
+        scene=one_of("scene", scene, tuple(SCENES)),
+    )
+    raise typer.Exit(conduct(options, Console(), picture=picture, video=video))
+
+
+def main() -> int:
+    """Entry point."""
+    app(prog_name="launch_rnn.py")
+    return 0

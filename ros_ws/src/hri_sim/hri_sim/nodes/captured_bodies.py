@@ -1,0 +1,66 @@
+"""Simulated people as two nodes publish them: truth, tracked arms, and who is tracked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from std_msgs.msg import Header
+
+from hri_prediction.ros.conversions import WORLD, message_from_sample
+from hri_prediction.ros.messages import HumanArm, IdsList
+from hri_prediction.ros.node import CountedPublisher, HriNode
+from hri_prediction.ros.qos import LATCHED, SENSOR
+from hri_prediction.ros.time import NANO, to_time
+from hri_sim.people.capture import Capture, CapturedBody
+
+
+class CapturedBodies:
+    """Publishes bodies with the ticks of a node.
+
+    Args:
+        node: That publishes.
+        ids: Of the bodies; these never change.
+        people: Makes the bodies, as they are in the beginning.
+    """
+
+    def __init__(
+        self, node: HriNode, ids: Sequence[str], people: Callable[[], Mapping[str, CapturedBody]]
+    ) -> None:
+        self._node, self._people = node, people
+        self._truth: dict[str, CountedPublisher] = {}
+        self._tracked: dict[str, CountedPublisher] = {}
+        for body_id in ids:
+            self._truth[body_id] = node.announce(HumanArm, f"sim/bodies/{body_id}/arm", SENSOR)
+            self._tracked[body_id] = node.announce(HumanArm, f"humans/bodies/{body_id}/arm", SENSOR)
+        self._ids = node.announce(IdsList, "humans/bodies/tracked", LATCHED)
+        self.skipped = 0
+        self._begun = False
+        self.restart()
+        header = Header(stamp=to_time(node.now_ns()), frame_id=WORLD)
+        self._ids.publish(IdsList(header=header, ids=list(ids)))
+
+    def restart(self) -> None:
+        """Begin anew."""
+        self._last_ns = self._node.now_ns()
+        self._capture = Capture(self._people(), self._last_ns)
+
+    def seconds(self, stamp_ns: int) -> float:
+        """Time of the people at a stamp [s]."""
+        return self._capture.seconds(stamp_ns)
+
+    def tick(self, now_ns: int) -> None:
+        """Say the truth, capture it, and deliver what the tracking latency has let through."""
+        if not self._begun:
+            self._begun = True
+            self.restart()
+        if now_ns < self._last_ns - NANO:
+            self._node.fault("clock", "the clock went back: the people start again")
+            self.restart()
+        self._last_ns = max(self._last_ns, now_ns)
+        if skipped := self._capture.skip(now_ns):
+            self.skipped += skipped
+            self._node.fault("late", f"{skipped} captures skipped: this node was held up")
+        for body_id, sample in self._capture.truth(now_ns):
+            self._truth[body_id].publish(message_from_sample(sample, body_id))
+        for body_id, sample in self._capture.tracked(now_ns):
+            self._tracked[body_id].publish(message_from_sample(sample, body_id))

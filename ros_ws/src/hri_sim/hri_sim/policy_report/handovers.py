@@ -1,0 +1,83 @@
+"""Recorded handovers, each pair of people left out once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hri_prediction.errors import ConfigError
+from hri_sim.benchmark.report import markdown_table
+from hri_sim.policies.datasets import handovers_file
+from hri_sim.policies.evaluation import evaluate
+from hri_sim.policies.evaluation_report import number
+from hri_sim.policies.handovers import load_handovers, without_pair
+from hri_sim.policy_report.laboratory import Laboratory
+from hri_sim.policy_report.policies import Policy, handover_policies
+
+SOURCE = (
+    "708 handovers of eight pairs by Khanna et al. (dyad_handover_kth, MIT); the taker is learnt from, its "
+    "goal is where its hand was at the end. The recordings are of 24 Hz and begin in motion. Each line: "
+    "a policy (GRU3t, 2x9) that learnt from the other seven pairs, in this pair's encounters."
+)
+
+
+def pairs() -> list[str]:
+    """Names of the recorded pairs; none where there are no recordings."""
+    try:
+        return sorted({one.pair for one in load_handovers(handovers_file())})
+    except ConfigError:
+        return []
+
+
+def measure(laboratory: Laboratory) -> dict[str, Any]:
+    """Columns of table 5.2 by pair, or why there are none."""
+    try:
+        handovers_file()
+    except ConfigError as error:
+        return {"skipped": str(error)}
+    policies = handover_policies(laboratory.config, pairs(), laboratory.smoke)
+    work = partial(_evaluate, runs=laboratory.runs)
+    return {"pairs": dict(laboratory.all("handovers", work, policies))}
+
+
+def _evaluate(policy: Policy, runs: Path) -> tuple[str, dict[str, Any]]:
+    pair = policy.job.name.removeprefix("pair_")
+    own = without_pair(load_handovers(handovers_file()), pair)[1]
+    return pair, evaluate(policy.read(runs), own, np.random.default_rng(0))
+
+
+def lines(found: Mapping[str, Any]) -> list[str]:
+    """The table."""
+    if "skipped" in found:
+        return [f"Not measured: {found['skipped']}.\n"]
+    rows = []
+    for pair, one in found["pairs"].items():
+        noisy = one["noise"]
+        rows.append(
+            [
+                pair,
+                str(one["encounters"]),
+                f"{number(100.0 * one['reached_share'])} / {number(100.0 * noisy['reached_share'])}",
+                *(
+                    f"{number(one['terminal_mm'][name])} / {number(noisy['terminal_mm'][name])}"
+                    for name in ("all_mean", "max")
+                ),
+                f"{number(one['reach_time_mse_s2'])} / {number(noisy['reach_time_mse_s2'])}",
+                f"{number(one['kl_forward'])} / {number(noisy['kl_forward'])}",
+                number(one["kl_floor"]["forward"]),
+            ]
+        )
+    return [
+        SOURCE + "\n",
+        markdown_table(
+            [
+                "pair", "encounters", "reached [%]", "terminal, all [mm]", "max [mm]",
+                "reach time MSE [s²]", "KL", "KL of people",
+            ],
+            rows,
+        ),
+    ]  # fmt: skip

@@ -1,0 +1,41 @@
+"""Demo scenes whose goals move."""
+
+import numpy as np
+import pytest
+
+from hri_planner.robot.ik import solve_ik
+from hri_planner.robot.model import load_robot
+from hri_sim.launch.moving_goals import HANDOVER_M, SCENES, SWITCH_AFTER_S, draw_scene
+
+
+@pytest.mark.parametrize("name", sorted(SCENES))
+def test_a_scene_has_as_many_reaches_as_are_asked_for(name: str) -> None:
+    scene = draw_scene(name, 3, 2)
+    assert len(scene.scenario.reaches) == 2
+    assert (scene.leader is None) == (name == "sequence")
+
+
+def test_goals_are_switched_in_mid_flight_to_places_within_reach() -> None:
+    scene, robot = draw_scene("switch", 3, 2), load_robot()
+    assert scene.leader is not None
+    for index, reach in enumerate(scene.scenario.reaches):
+        assert scene.leader(index, SWITCH_AFTER_S - 0.01, None) is None
+        later = scene.leader(index, SWITCH_AFTER_S, None)
+        assert later is not None
+        assert np.linalg.norm(later - scene.scenario.targets[reach.robot_target]) > 0.1
+        solve_ik(robot, later, np.zeros(7), np.random.default_rng(0))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_things_are_held_out_where_the_robot_gets_at_them(seed: int) -> None:
+    scene, robot = draw_scene("handover", seed, 2), load_robot()
+    assert scene.leader is not None
+    assert scene.leader(0, 1.0, None) is None
+    for index, reach in enumerate(scene.scenario.reaches):
+        assert reach.person_target is not None
+        hand = np.array(scene.scenario.targets[reach.person_target])
+        assert scene.scenario.person_of(index).arm.can_reach(hand)
+        goal = scene.leader(index, 1.0, hand)
+        assert goal is not None
+        assert np.linalg.norm(goal - hand) == pytest.approx(HANDOVER_M)
+        solve_ik(robot, goal, np.zeros(7), np.random.default_rng(0))
