@@ -8,11 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-pytest.importorskip(
-    "torch", reason="training needs torch: pip install -r requirements/training.txt"
-)
-
 from recorded_dyad import record_dyad
 
 from hri_planner.rnn.model_file import read_policy
@@ -56,7 +51,7 @@ def test_a_policy_says_how_it_came_about(job: Job, tmp_path: Path) -> None:
     assert how["data_hash"] == trained["data_hash"] != ""
 
 
-def test_what_is_trained_is_left_and_what_is_another_is_not(
+def test_what_is_trained_is_left_and_another_is_not_replaced(
     job: Job, recorded: Path, tmp_path: Path
 ) -> None:
     path = train_job(job, tmp_path, 0, {})
@@ -65,37 +60,39 @@ def test_what_is_trained_is_left_and_what_is_another_is_not(
     assert path.stat().st_mtime_ns == before
     made = made_of(job, 0)
     assert is_trained(path, made)
+    for changed, words in (
+        (made_of(job, 1), "data_seed 0, not 1"),
+        (made_of(replace(job, learner="ann"), 0), "learner , not ann"),
+        (made_of(replace(job, config=replace(CONFIG, seed=1)), 0), "seed 0, not 1"),
+    ):
+        with pytest.raises(ConfigError, match=f"made otherwise .{words}.*write elsewhere"):
+            is_trained(path, changed)
     # The same name for another recording.
     shutil.copy(recorded / "2.npz", job.data)
-    assert not is_trained(path, made_of(job, 0))
-    train_job(job, tmp_path, 0, {})
-    other = read_policy(path)[0]
-    shutil.copy(recorded / "1.npz", job.data)
-    train_job(job, tmp_path, 0, {})
-    again = read_policy(path)[0]
-    assert np.abs(again.network.weight - other.network.weight).max() > 1e-6
+    with pytest.raises(ConfigError, match=r"made otherwise .data_hash "):
+        train_job(job, tmp_path, 0, {})
     assert path.read_bytes() == content
-    for changed in (
-        made_of(job, 1),
-        made_of(replace(job, learner="ann"), 0),
-        made_of(replace(job, config=replace(CONFIG, seed=1)), 0),
-    ):
-        assert not is_trained(path, changed)
     path.write_bytes(content[:100])
     assert not is_trained(path, made)
 
 
-def test_a_damaged_checkpoint_is_refused_and_another_ones_is_not_used(
+def test_another_recording_gives_another_policy(job: Job, recorded: Path, tmp_path: Path) -> None:
+    for name in ("one", "other"):
+        (tmp_path / name).mkdir()
+    first = read_policy(train_job(job, tmp_path / "one", 0, {}))[0]
+    shutil.copy(recorded / "2.npz", job.data)
+    other = read_policy(train_job(job, tmp_path / "other", 0, {}))[0]
+    assert np.abs(first.network.weight - other.network.weight).max() > 1e-6
+
+
+def test_a_checkpoint_is_gone_when_all_is_done_and_a_damaged_one_refused(
     job: Job, tmp_path: Path
 ) -> None:
     path = train_job(job, tmp_path, 0, {})
     content, checkpoint = path.read_bytes(), tmp_path / "small.training.npz"
+    assert sorted(file.name for file in tmp_path.glob("small*")) == ["small.json", "small.npz"]
     path.unlink()
-    train_job(replace(job, config=replace(CONFIG, seed=3)), tmp_path, 0, {})
-    train_job(job, tmp_path, 0, {})
-    assert path.read_bytes() == content
-    path.unlink()
-    checkpoint.write_bytes(checkpoint.read_bytes()[:200])
+    checkpoint.write_bytes(content[:200])
     with pytest.raises(DataError, match=r"small\.training\.npz"):
         train_job(job, tmp_path, 0, {})
     assert not path.exists()

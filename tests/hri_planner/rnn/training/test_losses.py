@@ -4,29 +4,25 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+import torch
+from encounters import some_encounters
 
-torch = pytest.importorskip(
-    "torch", reason="training needs torch: pip install -r requirements/training.txt"
-)
-
-from encounters import some_encounters  # noqa: E402
-
-from hri_planner.rnn.cells import GATES  # noqa: E402
-from hri_planner.rnn.features import FeatureConfig, features  # noqa: E402
-from hri_planner.rnn.integration import accelerations  # noqa: E402
-from hri_planner.rnn.model import STEP_S, PolicyModel  # noqa: E402
-from hri_planner.rnn.network import Network, new_network  # noqa: E402
-from hri_planner.rnn.rollout import roll_out  # noqa: E402
-from hri_planner.rnn.training.batches import (  # noqa: E402
+from hri_planner.rnn.cells import GATES
+from hri_planner.rnn.features import FeatureConfig, features
+from hri_planner.rnn.integration import accelerations
+from hri_planner.rnn.model import STEP_S, PolicyModel
+from hri_planner.rnn.network import Network, new_network
+from hri_planner.rnn.rollout import roll_out
+from hri_planner.rnn.training.batches import (
     buckets,
     course,
     held,
     training_scales,
 )
-from hri_planner.rnn.training.closed_loop import course_loss, draw_switches  # noqa: E402
-from hri_planner.rnn.training.flat import flatten, unflatten  # noqa: E402
-from hri_planner.rnn.training.losses import Switches, closed_loop, imitation_loss  # noqa: E402
-from hri_planner.rnn.training.torch_network import TorchNetwork  # noqa: E402
+from hri_planner.rnn.training.closed_loop import course_loss, draw_switches
+from hri_planner.rnn.training.flat import flatten, unflatten
+from hri_planner.rnn.training.losses import Switches, closed_loop, imitation_loss
+from hri_planner.rnn.training.torch_network import TorchNetwork
 
 CONFIG = FeatureConfig()
 ENCOUNTERS = some_encounters(6)

@@ -4,27 +4,22 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from encounters import some_encounters
 
-torch = pytest.importorskip(
-    "torch", reason="training needs torch: pip install -r requirements/training.txt"
-)
-
-from encounters import some_encounters  # noqa: E402
-
-from hri_planner.rnn.cells import GATES  # noqa: E402
-from hri_planner.rnn.features import FeatureConfig  # noqa: E402
-from hri_planner.rnn.network import new_network  # noqa: E402
-from hri_planner.rnn.training.adam import adam_round  # noqa: E402
-from hri_planner.rnn.training.batches import (  # noqa: E402
+from hri_planner.rnn.cells import GATES
+from hri_planner.rnn.features import FeatureConfig
+from hri_planner.rnn.network import new_network
+from hri_planner.rnn.training.adam import adam_round
+from hri_planner.rnn.training.batches import (
     buckets,
     course,
     training_scales,
 )
-from hri_planner.rnn.training.closed_loop import closed_round, horizon, rates  # noqa: E402
-from hri_planner.rnn.training.config import TrainingConfig  # noqa: E402
-from hri_planner.rnn.training.imitation import imitation_round  # noqa: E402
-from hri_planner.rnn.training.losses import imitation_loss  # noqa: E402
-from hri_planner.rnn.training.torch_network import TorchNetwork  # noqa: E402
+from hri_planner.rnn.training.closed_loop import closed_round, horizon, rates
+from hri_planner.rnn.training.config import TrainingConfig
+from hri_planner.rnn.training.imitation import imitation_round
+from hri_planner.rnn.training.losses import imitation_loss
+from hri_planner.rnn.training.torch_network import TorchNetwork
 
 FEATURES = FeatureConfig()
 ENCOUNTERS = some_encounters(8)

@@ -2,16 +2,13 @@
 
 import numpy as np
 import pytest
+import torch
 
-torch = pytest.importorskip(
-    "torch", reason="training needs torch: pip install -r requirements/training.txt"
-)
-
-from hri_planner.rnn.activation import triple_tanh as plain_triple_tanh  # noqa: E402
-from hri_planner.rnn.cells import GATES  # noqa: E402
-from hri_planner.rnn.network import new_network  # noqa: E402
-from hri_planner.rnn.training.flat import flatten, unflatten  # noqa: E402
-from hri_planner.rnn.training.torch_network import TorchNetwork, triple_tanh  # noqa: E402
+from hri_planner.rnn.activation import triple_tanh as plain_triple_tanh
+from hri_planner.rnn.cells import GATES
+from hri_planner.rnn.network import new_network
+from hri_planner.rnn.training.flat import flatten, unflatten
+from hri_planner.rnn.training.torch_network import TorchNetwork, triple_tanh
 
 
 @pytest.mark.parametrize("kind", GATES)

@@ -5,19 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from encounters import some_encounters
 
-torch = pytest.importorskip(
-    "torch", reason="training needs torch: pip install -r requirements/training.txt"
-)
-
-from encounters import some_encounters  # noqa: E402
-
-from hri_planner.rnn.encounters import Encounter  # noqa: E402
-from hri_planner.rnn.model import PolicyModel  # noqa: E402
-from hri_planner.rnn.training.config import TrainingConfig  # noqa: E402
-from hri_planner.rnn.training.run import Trained, TrainingData, train  # noqa: E402
-from hri_planner.rnn.training.state import TrainingState, load_state, save_state  # noqa: E402
-from hri_prediction.errors import DataError  # noqa: E402
+from hri_planner.rnn.encounters import Encounter
+from hri_planner.rnn.model import PolicyModel
+from hri_planner.rnn.training.config import TrainingConfig
+from hri_planner.rnn.training.run import Trained, TrainingData, train
+from hri_planner.rnn.training.state import TrainingState, load_state, save_state
+from hri_prediction.errors import DataError
 
 DATA = TrainingData(some_encounters(8), some_encounters(3, seed=1))
 CONFIG = TrainingConfig(
@@ -94,14 +89,47 @@ def test_a_stage_ends_when_it_does_not_get_better() -> None:
     assert_same(found.model, shorter.model)  # the best is kept, not the last
 
 
-def test_another_configuration_or_other_data_begin_anew(whole: Trained, tmp_path: Path) -> None:
+def test_what_another_configuration_or_other_data_left_is_not_lost(tmp_path: Path) -> None:
     checkpoint = tmp_path / "c.npz"
-    train(DATA, replace(CONFIG, seed=5), checkpoint=checkpoint)
-    assert_same(train(DATA, CONFIG, checkpoint=checkpoint).model, whole.model)
+    train(DATA, CONFIG, checkpoint=checkpoint)
+    content = checkpoint.read_bytes()
     one = DATA.learnt[0]
     nudged = Encounter(one.hand, one.partner + 1e-9, one.goal)
-    train(TrainingData([nudged, *DATA.learnt[1:]], DATA.validation), CONFIG, checkpoint=checkpoint)
-    assert_same(train(DATA, CONFIG, checkpoint=checkpoint).model, whole.model)
+    others = (
+        (DATA, replace(CONFIG, seed=5)),
+        (TrainingData([nudged, *DATA.learnt[1:]], DATA.validation), CONFIG),
+        (TrainingData(DATA.learnt[:-1], [DATA.learnt[-1], *DATA.validation]), CONFIG),
+    )
+    for data, config in others:
+        with pytest.raises(DataError, match=r"c\.npz: training of another .* write elsewhere"):
+            train(data, config, checkpoint=checkpoint)
+    assert checkpoint.read_bytes() == content
+
+
+def test_training_that_diverges_says_so(tmp_path: Path) -> None:
+    config = replace(CONFIG, closed_rate=1e300, clip=1e300)
+    with (
+        np.errstate(all="ignore"),
+        pytest.raises(DataError, match=r"diverged: closed_loop round \d: .* lower closed_rate"),
+    ):
+        train(DATA, config, checkpoint=tmp_path / "c.npz")
+    # What was good before it is still there.
+    assert (tmp_path / "c.npz").is_file()
+
+
+def test_time_before_a_stop_counts(tmp_path: Path) -> None:
+    def stop(state: TrainingState) -> None:
+        if len(state.history) == 3:
+            raise Stopped
+
+    with pytest.raises(Stopped):
+        train(DATA, CONFIG, checkpoint=tmp_path / "c.npz", progress=stop)
+    told: list[float] = []
+    found = train(
+        DATA, CONFIG, checkpoint=tmp_path / "c.npz",
+        progress=lambda state: told.append(state.processor_seconds),
+    )  # fmt: skip
+    assert 0.0 < told[0] < told[-1] == found.processor_seconds
 
 
 def test_a_finished_checkpoint_is_the_policy(whole: Trained, tmp_path: Path) -> None:
@@ -123,7 +151,8 @@ def test_damaged_checkpoints_are_refused(tmp_path: Path) -> None:
     assert again is not None
     assert again.best_value == np.inf
     np.testing.assert_array_equal(again.weights["a"], np.ones(2))
-    assert load_state(path, "other") is None
+    with pytest.raises(DataError, match="of another configuration or other data"):
+        load_state(path, "other")
     assert load_state(tmp_path / "none.npz", "this") is None
     content = path.read_bytes()
     for broken in (content[: len(content) // 2], b"", b"PK\x03\x04"):

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import time
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hri_planner.rnn.model_file import read_policy, save_policy
-from hri_prediction.errors import DataError
+from hri_prediction.errors import ConfigError, DataError
 from hri_sim.policies.datasets import (
     SETS,
     WITHOUT_PAIR,
@@ -84,8 +83,13 @@ def train_job(
 
     Returns:
         The policy's file.
+
+    Raises:
+        ConfigError: when the folder has a policy of this name that was made otherwise.
+        DataError: when a recording or the checkpoint cannot be used, or training diverges.
     """
     path = folder / f"{job.name}.npz"
+    checkpoint = folder / f"{job.name}.training.npz"
     made = made_of(job, data_seed)
     if is_trained(path, made):
         return path
@@ -102,32 +106,52 @@ def train_job(
                 line = state.history[-1]
                 said(done[0], rounds(job), f"{line['stage']} {line['validation']:.4g}")
 
-    begin, begin_processor = time.perf_counter(), time.process_time()
     found = train(
         TrainingData(data.learnt, data.validation),
         job.config,
-        checkpoint=folder / f"{job.name}.training.npz",
+        checkpoint=checkpoint,
         progress=progress,
     )
     trained = {**made, "origin": origin}
+    told = {**trained, "processor_seconds": found.processor_seconds, "rounds": found.history}
+    # The policy last, for it says that all is done.
+    (folder / f"{job.name}.json").write_text(json.dumps(told, indent=1) + "\n")
     save_policy(path, found.model, trained)
-    said_of = {
-        **trained,
-        "seconds": time.perf_counter() - begin,
-        "processor_seconds": time.process_time() - begin_processor,
-        "rounds": found.history,
-    }
-    (folder / f"{job.name}.json").write_text(json.dumps(said_of, indent=1) + "\n")
+    checkpoint.unlink()
     return path
 
 
 def is_trained(path: Path, made: dict[str, Any]) -> bool:
-    """Whether a file holds the policy that would be made."""
+    """Whether a file holds the policy that would be made; a damaged one does not.
+
+    Raises:
+        ConfigError: when it holds another one, which must not be lost without a word.
+    """
+    if not path.is_file():
+        return False
     try:
         trained = read_policy(path)[1]
     except DataError:
         return False
-    return all(trained.get(name) == value for name, value in made.items())
+    other = sorted(_differing(made, trained))
+    if other:
+        raise ConfigError(
+            f"{path}: a policy that was made otherwise ({', '.join(other)})",
+            hint="write elsewhere, or remove it",
+        )
+    return True
+
+
+def _differing(made: dict[str, Any], trained: dict[str, Any]) -> list[str]:
+    """What two policies differ in, of parameters each."""
+    found = []
+    for name, value in made.items():
+        other = trained.get(name)
+        if isinstance(value, dict) and isinstance(other, dict):
+            found += _differing(value, other)
+        elif other != value:
+            found.append(name if isinstance(value, dict) else f"{name} {other}, not {value}")
+    return found
 
 
 def _plain(values: dict[str, Any]) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -45,9 +46,12 @@ class TrainingData:
     def digest(self) -> str:
         """Hash of all that is in them."""
         found = hashlib.sha256()
-        for one in (*self.learnt, *self.validation):
-            for values in (one.hand, one.partner, one.goal):
-                found.update(np.ascontiguousarray(values).tobytes())
+        for part in (self.learnt, self.validation):
+            found.update(f"{len(part)} encounters".encode())
+            for one in part:
+                for values in (one.hand, one.partner, one.goal):
+                    found.update(str(values.shape).encode())
+                    found.update(np.ascontiguousarray(values).tobytes())
         return found.hexdigest()[:16]
 
 
@@ -70,10 +74,12 @@ class Trained:
     Attributes:
         model: The policy.
         history: A line for each round: stage, round, loss, validation.
+        processor_seconds: That all rounds took, also those before training was broken off [s].
     """
 
     model: PolicyModel
     history: tuple[dict[str, Any], ...]
+    processor_seconds: float
 
 
 def train(
@@ -97,7 +103,8 @@ def train(
         progress: Called after each round.
 
     Raises:
-        DataError: when there is nothing to learn from, or the checkpoint is damaged.
+        DataError: when there is nothing to learn from, when training diverges, or when the checkpoint
+            is damaged or another training's.
     """
     torch.set_num_threads(1)
     prepared = _prepare(data, config, features or FeatureConfig())
@@ -113,14 +120,18 @@ def train(
             "imitation", 0, weights, weights, np.inf, 0, {}, rng.bit_generator.state
         )
     while state.stage != "done":
+        begin = time.process_time()
         state = _round(state, prepared, config)
+        took = time.process_time() - begin
+        state = replace(state, processor_seconds=state.processor_seconds + took)
         if checkpoint:
             save_state(checkpoint, state, what)
         if progress:
             progress(state)
     network = Network.from_arrays(dict(state.best), config.cell, config.units)
     model = PolicyModel(network, prepared.scales, prepared.features)
-    return Trained(model, tuple(dict(line) for line in state.history))
+    history = tuple(dict(line) for line in state.history)
+    return Trained(model, history, state.processor_seconds)
 
 
 def _prepare(data: TrainingData, config: TrainingConfig, features: FeatureConfig) -> _Prepared:
@@ -158,6 +169,13 @@ def _round(state: TrainingState, data: _Prepared, config: TrainingConfig) -> Tra
             network, memory, data.course, data.scales, data.features, config, state.round, rng
         )
     value = _validate(network, state.stage, data, config)
+    if not np.isfinite((loss, value)).all():
+        raise DataError(
+            f"training diverged: {state.stage} round {state.round + 1}: loss {loss:g}, "
+            f"validation {value:g}",
+            expected="finite ones",
+            hint="lower closed_rate, imitation_rate or clip, or look for jumps in the recordings",
+        )
     weights = network.network().to_arrays()
     better = value < state.best_value
     # While the horizon is short, validation over the whole one says little of what is being learnt.

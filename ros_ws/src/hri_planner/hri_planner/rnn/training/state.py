@@ -34,6 +34,7 @@ class TrainingState:
         memory: What the optimiser remembers, by name.
         generator: State of the random generator.
         history: A line for each round so far.
+        processor_seconds: That these took [s].
     """
 
     stage: str
@@ -45,6 +46,7 @@ class TrainingState:
     memory: Mapping[str, FloatArray]
     generator: Mapping[str, Any]
     history: tuple[Mapping[str, Any], ...] = field(default=())
+    processor_seconds: float = 0.0
 
 
 _GROUPS = ("weights", "best", "memory")
@@ -72,6 +74,7 @@ def save_state(path: Path, state: TrainingState, what: str) -> None:
         "stale": state.stale,
         "generator": json.dumps(state.generator),
         "history": list(state.history),
+        "processor_seconds": state.processor_seconds,
     }
     part = path.with_suffix(".part.npz")
     write_npz(part, arrays, header)
@@ -79,16 +82,19 @@ def save_state(path: Path, state: TrainingState, what: str) -> None:
 
 
 def load_state(path: Path, what: str) -> TrainingState | None:
-    """The state of training that was broken off; none: another one's, or there is none.
+    """The state of training that was broken off; none: there is no file.
 
     Raises:
-        DataError: when the file is damaged.
+        DataError: when the file is damaged, or of another configuration or other data.
     """
     if not path.is_file():
         return None
     arrays, header = read_npz(path, FORMAT)
     if header.get("what") != what:
-        return None
+        raise DataError(
+            f"{path}: training of another configuration or other data that was broken off",
+            hint="write elsewhere, or remove the file",
+        )
     groups: dict[str, dict[str, FloatArray]] = {group: {} for group in _GROUPS}
     try:
         for name, values in arrays.items():
@@ -105,6 +111,7 @@ def load_state(path: Path, what: str) -> TrainingState | None:
             memory=groups["memory"],
             generator=json.loads(header["generator"]),
             history=tuple(header["history"]),
+            processor_seconds=header["processor_seconds"],
         )
     except (KeyError, ValueError) as error:
         raise DataError(f"{path}: {error!r}", hint="remove it to begin anew") from error
