@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from hri_planner.policy.runner import Partner, PolicyRunner
-from hri_planner.policy.separation import SeparationConfig, keep_separation
+from hri_planner.policy.separation import SeparationConfig
 from hri_planner.rnn.features import FeatureConfig
 from hri_planner.rnn.model import PolicyModel
 from hri_planner.rnn.network import new_network
 from hri_planner.rnn.scales import Scales
-from hri_sim.policies.filtered import GoalNoise, Hands, keep_separations
+from hri_sim.policies.filtered import GoalNoise, Hands
 
 DT = 0.004
 
@@ -17,22 +17,6 @@ DT = 0.004
 def policy(kind: str = "gru3t") -> PolicyModel:
     network = new_network(kind, (5, 4), np.random.default_rng(2))
     return PolicyModel(network, Scales(0.3, 5.0, 3.0), FeatureConfig())
-
-
-def test_the_filter_is_the_one_of_the_robot() -> None:
-    rng = np.random.default_rng(3)
-    config = SeparationConfig()
-    n = 400
-    wanted = 6.0 * rng.standard_normal((n, 3))
-    offset = rng.uniform(-0.25, 0.25, (n, 3))
-    offset[:4] = 0.0
-    velocity = 1.5 * rng.standard_normal((n, 3))
-    found, changed = keep_separations(wanted, offset, velocity, DT, config)
-    assert 0.2 < changed.mean() < 0.95
-    for row in range(n):
-        one = keep_separation(wanted[row], offset[row], velocity[row], DT, config)
-        np.testing.assert_allclose(found[row], one.acceleration, rtol=1e-12, atol=1e-12)
-        assert changed[row] == one.changed
 
 
 @pytest.mark.parametrize("separation", [None, SeparationConfig()])

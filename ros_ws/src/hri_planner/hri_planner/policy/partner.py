@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hri_planner.policy.separation import Places
 from hri_prediction.compiled import njit
 from hri_prediction.errors import DataError
 
@@ -54,6 +55,14 @@ class Partner:
             age=self.age + seconds,
         )
 
+    def places(self, point: FloatArray) -> Places:
+        """What a hand at a point (3,) [m] keeps clear of: all joints, and on each limb what is nearest."""
+        if self.joints is None or self.speeds is None:
+            place, speed = self.position[None], self.velocity[None]
+        else:
+            place, speed = _places(self.joints, self.speeds, point)
+        return Places(place, speed, np.full(len(place), max(self.age, 0.0)))
+
     def nearest(self, point: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The place on the limbs' axes next to a point (3,) [m], and its velocity, both (3,)."""
         if self.joints is None or self.speeds is None:
@@ -70,16 +79,40 @@ class Partner:
 
 
 @njit
+def _places(joints: Any, speeds: Any, point: Any) -> tuple[Any, Any]:
+    """Joints (n), and where limbs (n - 1) are next to a point, with their velocities."""
+    count = len(joints)
+    place, speed = np.empty((2 * count - 1, 3)), np.empty((2 * count - 1, 3))
+    place[:count], speed[:count] = joints, speeds
+    for index in range(count - 1):
+        share = _share(joints, index, point)
+        for k in range(3):
+            place[count + index, k] = (1.0 - share) * joints[index, k] + share * joints[
+                index + 1, k
+            ]
+            speed[count + index, k] = (1.0 - share) * speeds[index, k] + share * speeds[
+                index + 1, k
+            ]
+    return place, speed
+
+
+@njit
+def _share(joints: Any, index: int, point: Any) -> float:
+    """Where along a limb, 0 to 1, it is next to a point."""
+    squares, along = 0.0, 0.0
+    for k in range(3):
+        way = joints[index + 1, k] - joints[index, k]
+        squares += way * way
+        along += way * (point[k] - joints[index, k])
+    return min(max(along / squares, 0.0), 1.0) if squares > 1e-12 else 0.0
+
+
+@njit
 def _nearest(joints: Any, point: Any) -> tuple[int, float]:
     """Limb next to a point, and where along it, 0 to 1."""
     best, limb, where = np.inf, 0, 0.0
     for index in range(len(joints) - 1):
-        squares, along = 0.0, 0.0
-        for k in range(3):
-            way = joints[index + 1, k] - joints[index, k]
-            squares += way * way
-            along += way * (point[k] - joints[index, k])
-        share = min(max(along / squares, 0.0), 1.0) if squares > 1e-12 else 0.0
+        share = _share(joints, index, point)
         distance = 0.0
         for k in range(3):
             place = (1.0 - share) * joints[index, k] + share * joints[index + 1, k]

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from hri_planner.policy.config import PolicyConfig
 from hri_planner.policy.partner import Partner
+from hri_planner.policy.rest import coming_to_rest
 from hri_planner.policy.runner import HandState, PolicyRunner
 from hri_planner.policy.tool_velocity import ToolVelocity
 from hri_planner.ptomp.plan import JointPlan
@@ -33,7 +34,6 @@ _SAME = 1e-6
 """Times [s] and angles [rad] that differ by less are one."""
 _STRAYED_M = 0.005
 """A hand that the joints cannot follow within this is put back to where the tool is [m]."""
-_LEAST_STOP_S = 0.1
 _RESTS_AWAY_S = 0.4
 """A hand that rests away from its goal for so long, though nothing holds it, begins anew [s]."""
 
@@ -68,7 +68,7 @@ class PolicySnapshot:
 
     plan: JointPlan | None
     hands: tuple[HandState, ...]
-    memory: FloatArray | None
+    trail: tuple[HandState, ...]
 
 
 class PolicyPlanner:
@@ -107,7 +107,7 @@ class PolicyPlanner:
         self._runner = PolicyRunner(model, separation, CONTROL_PERIOD_S, self.floor)
         self.plan: JointPlan | None = None
         self._hands: tuple[HandState, ...] = ()
-        self._memory: FloatArray | None = None
+        self._trail: tuple[HandState, ...] = ()
         self._goal = np.zeros(3)
         self._rests_since_s: float | None = None
 
@@ -158,8 +158,6 @@ class PolicyPlanner:
         if not self.robot.within_limits(np.asarray(q), 1e-3):
             raise PlanningError("start posture lies outside of the joint limits")
         self.check(goal, q)
-        if float(np.abs(qd).max()) < self.config.rest_speed:
-            self._memory = None
         self._goal = np.array(goal, dtype=float)
         self._stand(np.array(q, dtype=float), np.array(qd, dtype=float), time_s)
 
@@ -168,7 +166,7 @@ class PolicyPlanner:
         self._goal = np.array(goal, dtype=float)
 
     def resync(self, q: FloatArray, qd: FloatArray, time_s: float) -> None:
-        """The controller is somewhere else than the plan says: go on from there.
+        """The controller is somewhere else than the plan says: go on from there, at rest anew.
 
         Raises:
             PlanningError: when no reach is active or the state is not finite.
@@ -185,12 +183,12 @@ class PolicyPlanner:
 
     def snapshot(self) -> PolicySnapshot:
         """What the next replan starts from; see :meth:`restore`."""
-        return PolicySnapshot(self.plan, self._hands, self._memory)
+        return PolicySnapshot(self.plan, self._hands, self._trail)
 
     def restore(self, snapshot: PolicySnapshot) -> None:
         """Go back to an earlier state, because the plan made since never took effect."""
         self.plan, self._hands = snapshot.plan, snapshot.hands
-        self._memory = snapshot.memory
+        self._trail = snapshot.trail
 
     def replan(self, handover_s: float, partners: Sequence[Partner], horizon_s: float) -> Cycle:
         """Let the policy go on from where the robot will be at the hand-over.
@@ -230,8 +228,7 @@ class PolicyPlanner:
         if not (np.isfinite(angles).all() and np.isfinite(speeds).all()):
             raise PlanningError("the policy asks for what is not finite", hint="load another one")
         self.plan = self._ending_at_rest(handover_s, np.array(angles), np.array(speeds))
-        self._hands = tuple(hands)
-        self._memory = hands[-1].memory
+        self._hands = self._trail = tuple(hands)
         away = float(np.linalg.norm(first.position - self._goal))
         speed = float(np.linalg.norm(first.velocity))
         there = away < self.config.arrived and speed < self.config.arrived_speed
@@ -277,28 +274,38 @@ class PolicyPlanner:
         if on_time and 0 <= index < len(self._hands):
             return self._hands[index], q, qd
         tool, velocity = self._inverse.tool_motion(q, qd)
-        return self._runner.begin(tool, velocity, memory=self._memory), q, qd
+        return self._runner.begin(tool, velocity, memory=self._memory_at(tool)), q, qd
+
+    def _memory_at(self, tool: FloatArray) -> FloatArray | None:
+        """What the network remembered where the tool is now, or next to there: it may be late, or stopped.
+
+        None when the reach begins.
+        """
+        if not self._trail:
+            return None
+        places = np.array([hand.position for hand in self._trail])
+        return self._trail[int(np.argmin(np.sum((places - tool) ** 2, axis=1)))].memory
 
     def _stand(self, q: FloatArray, qd: FloatArray, time_s: float) -> None:
-        """Be somewhere, on the way to rest."""
+        """Be somewhere, on the way to rest; from rest and without memory each learnt reach began."""
+        if float(np.abs(qd).max()) < self.config.rest_speed:
+            self._trail = ()
         q = np.clip(q, self.robot.lower, self.robot.upper)
         qd = np.clip(qd, -self.robot.velocity, self.robot.velocity)
         self.plan, self._hands = self._ending_at_rest(time_s, q[None], qd[None]), ()
 
     def _ending_at_rest(self, begin_s: float, q: FloatArray, qd: FloatArray) -> JointPlan:
         """A plan of these points (n, 7), (n, 7), after which the joints come to rest."""
-        most = self._inverse.config.joint_acceleration
-        # A quintic from a speed to rest takes up to twice the mean acceleration on the way.
-        stop_s = max(_LEAST_STOP_S, 2.0 * float(np.abs(qd[-1]).max()) / most)
-        end = np.clip(q[-1] + 0.5 * stop_s * qd[-1], self.robot.lower, self.robot.upper)
+        later, *rest = coming_to_rest(
+            q[-1],
+            qd[-1],
+            self._inverse.config.joint_acceleration,
+            self.robot.lower,
+            self.robot.upper,
+        )
         qdd = np.zeros_like(q)
         if len(q) > 1:
             qdd = np.gradient(qd, CONTROL_PERIOD_S, axis=0)
         times = begin_s + CONTROL_PERIOD_S * np.arange(len(q))
-        zero = np.zeros((1, 7))
-        return JointPlan(
-            np.append(times, times[-1] + stop_s),
-            np.concatenate((q, end[None])),
-            np.concatenate((qd, zero)),
-            np.concatenate((qdd, zero)),
-        )
+        knots = (np.concatenate(pair) for pair in zip((q, qd, qdd), rest, strict=True))
+        return JointPlan(np.append(times, times[-1] + later), *knots)

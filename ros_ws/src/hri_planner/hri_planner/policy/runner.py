@@ -11,13 +11,18 @@ exactly, and where nothing interferes the hand follows the curve that the networ
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hri_planner.policy.partner import Partner
-from hri_planner.policy.separation import SeparationConfig, keep_separation
+from hri_planner.policy.separation import (
+    NOWHERE,
+    SeparationConfig,
+    keep_separation,
+    together,
+)
 from hri_planner.rnn.model import PolicyModel
 from hri_prediction.errors import DataError
 
@@ -82,8 +87,7 @@ class PolicyRunner:
         self._separation = separation
         self._per_step = round(per_step)
         self._floor = floor
-        # What is below rests: all of the acceleration is there to stop before it.
-        self._below = replace(separation or SeparationConfig(), partner_acceleration=0.0)
+        self._limits = separation or SeparationConfig()
 
     def begin(
         self, position: ArrayLike, velocity: ArrayLike = (0.0, 0.0, 0.0), *,
@@ -116,7 +120,7 @@ class PolicyRunner:
             now: The hand.
             goal: Where it is to go (3,) [m]; it may move, and jump.
             partners: What is known of others. The network sees the nearest hand, the filter whole
-                arms, the nearest last.
+                arms.
 
         Raises:
             DataError: when goal or a partner is not finite.
@@ -125,13 +129,15 @@ class PolicyRunner:
             raise DataError(f"goal {goal}", expected="three finite coordinates in m")
         for partner in partners:
             partner.check()
-        ordered = sorted(partners, key=lambda p: -float(np.sum((p.position - now.position) ** 2)))
         wanted, memory = now.wanted, now.memory
         if now.count == 0:
-            ahead = now.position + now.velocity * (0.5 * self.model.dt)
-            other = ordered[-1].position if ordered else FAR_M
+            # Where all will be half a step later, as the control point is.
+            half_s = 0.5 * self.model.dt
+            ahead = now.position + now.velocity * half_s
+            others = [partner.position + partner.velocity * half_s for partner in partners]
+            other = min(others, key=lambda p: float(np.sum((p - ahead) ** 2)), default=FAR_M)
             wanted, memory = self.model.accelerate(ahead, goal, other, memory)
-        acceleration, filtered = self._kept(now, wanted, ordered)
+        acceleration, filtered = self._kept(now, wanted, partners)
         h = self.period
         return HandState(
             position=now.position + now.velocity * h + acceleration * (0.5 * h * h),
@@ -146,45 +152,13 @@ class PolicyRunner:
     def _kept(
         self, now: HandState, wanted: FloatArray, partners: Sequence[Partner]
     ) -> tuple[FloatArray, bool]:
-        """What the filters make of an acceleration, and whether they changed it.
-
-        Table and partners by turns, so that both are kept where that is possible; where it is not,
-        people come before the table.
-        """
-        acceleration, filtered = wanted, False
-        for _ in range(1 if self._floor is None else 2):
-            acceleration, low = self._above_floor(now, acceleration)
-            acceleration, near = self._apart(now, acceleration, partners)
-            filtered = filtered or low or near
-            if not near:
-                break
-        return acceleration, filtered
-
-    def _above_floor(self, now: HandState, acceleration: FloatArray) -> tuple[FloatArray, bool]:
-        if self._floor is None:
-            return acceleration, False
-        # What is below the floor already is pushed up, too.
-        above = max(float(now.position[2]) - self._floor + self._below.separation, 1e-6)
+        """What the filters make of an acceleration, and whether they changed it."""
+        if self._separation is None and self._floor is None:
+            return wanted, False
+        places = NOWHERE
+        if self._separation is not None and partners:
+            places = together([partner.places(now.position) for partner in partners])
         kept = keep_separation(
-            acceleration, np.array((0.0, 0.0, above)), now.velocity, self.period, self._below
+            wanted, now.position, now.velocity, places, self.period, self._limits, floor=self._floor
         )
         return kept.acceleration, kept.changed
-
-    def _apart(
-        self, now: HandState, acceleration: FloatArray, partners: Sequence[Partner]
-    ) -> tuple[FloatArray, bool]:
-        filtered = False
-        if self._separation is None:
-            return acceleration, filtered
-        for partner in partners:
-            place, velocity = partner.nearest(now.position)
-            kept = keep_separation(
-                acceleration,
-                now.position - place,
-                now.velocity - velocity,
-                self.period,
-                self._separation,
-                age=max(partner.age, 0.0),
-            )
-            acceleration, filtered = kept.acceleration, filtered or kept.changed
-        return acceleration, filtered

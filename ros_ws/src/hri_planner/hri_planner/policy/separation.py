@@ -14,22 +14,38 @@ the distance.
 What was seen of the partner some time ago bounds where it is now: within a_partner t² / 2 of where it
 would be by its velocity then, which differs by at most a_partner t.
 
+Of an arm, each joint and the place of each limb next to the hand are kept clear of, not only the
+nearest: a fist may come from behind a forearm. Each gives a half-space of accelerations; the one nearest
+to the wanted in all of them is found by Hildreth's method (1957). What is below, as a table, is one
+more of them, which rests.
+
 Nothing can be promised when the partner is nearer than that to begin with, is faster than the hand
-and chases it, or when the hand has nowhere to go; then the hand flees as fast as it may.
+and chases it, or when the hand has nowhere to go; then the hand flees from the person that it most needs
+to, as fast as it may.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hri_prediction.compiled import njit
 from hri_prediction.config import parameter, validate
 from hri_prediction.errors import ConfigError
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+_SWEEPS = 100
+_SETTLED = 1e-9
+"""Changes of the acceleration that are none [m/s²]."""
+_MISSED = 1e-6
+"""A bound that is missed by more is missed [m/s²]."""
 
 
 @dataclass(frozen=True)
@@ -66,61 +82,199 @@ class Filtered:
 
     Attributes:
         acceleration: Shape (3,) [m/s²].
-        changed: Whether the barrier changed it.
-        margin: h before the step [m].
+        changed: Whether a barrier changed it.
     """
 
     acceleration: FloatArray
     changed: bool
-    margin: float
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """Places that the hand is kept clear of.
+
+    Attributes:
+        position: Shape (n, 3) [m].
+        velocity: Shape (n, 3) [m/s].
+        age: For how long each has been extrapolated at constant velocity (n,) [s].
+    """
+
+    position: FloatArray
+    velocity: FloatArray
+    age: FloatArray
+
+
+NOWHERE = Places(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
+
+
+def together(parts: Sequence[Places]) -> Places:
+    """All of them."""
+    if len(parts) == 1:
+        return parts[0]
+    return Places(
+        np.concatenate([part.position for part in parts]),
+        np.concatenate([part.velocity for part in parts]),
+        np.concatenate([part.age for part in parts]),
+    )
 
 
 def keep_separation(
     wanted: FloatArray,
-    offset: FloatArray,
+    position: FloatArray,
     velocity: FloatArray,
+    places: Places,
     dt: float,
     config: SeparationConfig,
     *,
-    age: float = 0.0,
+    floor: float | None = None,
 ) -> Filtered:
     """The acceleration nearest to the wanted one that keeps the separation.
 
     Args:
         wanted: Acceleration of the hand (3,) [m/s²].
-        offset: Hand minus partner's hand (3,) [m].
-        velocity: Of the hand relative to the partner's (3,) [m/s].
+        position: Of the hand (3,) [m].
+        velocity: Of the hand (3,) [m/s].
+        places: Of people.
         dt: Time for which the acceleration holds [s].
         config: Parameters.
-        age: For how long the partner's hand has been extrapolated at constant velocity [s].
+        floor: Height that the hand stays above [m]; none: any. People come before it.
     """
-    limited = _within(wanted, config.hand_acceleration)
-    distance = math.sqrt(float(offset @ offset))
-    if distance < 1e-9:
-        return Filtered(limited, False, -config.separation)
-    outward = offset / distance
-    closing = config.partner_acceleration * age - float(outward @ velocity)
-    distance -= 0.5 * config.partner_acceleration * age**2
-    relative = config.hand_acceleration - config.partner_acceleration
-    margin = distance - config.separation - max(closing, 0.0) ** 2 / (2.0 * relative)
-    least = _least_outward(distance - config.separation, closing, dt, relative, config)
-    along = float(outward @ limited)
-    if along >= least:
-        return Filtered(limited, False, margin)
-    most = config.hand_acceleration
-    least = min(least, most)
-    # Across the line of both hands, as wanted, as far as the largest acceleration allows.
-    across = limited - along * outward
-    room = math.sqrt(max(most**2 - least**2, 0.0))
-    length = math.sqrt(float(across @ across))
-    if length > room:
-        across = across * (room / length)
-    return Filtered(least * outward + across, True, margin)
+    acceleration, changed = _keep_separation(
+        wanted,
+        position,
+        velocity,
+        places.position,
+        places.velocity,
+        places.age,
+        dt,
+        config.separation,
+        config.hand_acceleration,
+        config.partner_acceleration,
+        -math.inf if floor is None else floor,
+    )
+    return Filtered(acceleration, bool(changed))
 
 
-def _least_outward(
-    room: float, closing: float, dt: float, relative: float, config: SeparationConfig
-) -> float:
+def keep_separations(
+    wanted: FloatArray,
+    position: FloatArray,
+    velocity: FloatArray,
+    partner: FloatArray,
+    partner_velocity: FloatArray,
+    dt: float,
+    config: SeparationConfig,
+) -> tuple[FloatArray, BoolArray]:
+    """The same for many hands at once, each with one partner who is seen at this moment.
+
+    Args:
+        wanted: Accelerations of the hands (n, 3) [m/s²].
+        position: Of the hands (n, 3) [m].
+        velocity: Of the hands (n, 3) [m/s].
+        partner: Places of the partners' hands (n, 3) [m].
+        partner_velocity: Of these (n, 3) [m/s].
+        dt: Time for which accelerations hold [s].
+        config: Parameters.
+
+    Returns:
+        Accelerations (n, 3) [m/s²], and which of them the barrier changed (n,).
+    """
+    kept = np.empty_like(wanted)
+    changed = np.empty(len(wanted), dtype=np.bool_)
+    _keep_separations(
+        wanted,
+        position,
+        velocity,
+        partner,
+        partner_velocity,
+        dt,
+        config.separation,
+        config.hand_acceleration,
+        config.partner_acceleration,
+        kept,
+        changed,
+    )
+    return kept, changed
+
+
+@njit
+def _keep_separations(
+    wanted: Any,
+    position: Any,
+    velocity: Any,
+    partner: Any,
+    partner_velocity: Any,
+    dt: float,
+    separation: float,
+    most: float,
+    theirs: float,
+    kept: Any,
+    changed: Any,
+) -> None:
+    seen_now = np.zeros(1)
+    for row in range(len(wanted)):
+        one = slice(row, row + 1)
+        kept[row], changed[row] = _keep_separation(
+            wanted[row],
+            position[row],
+            velocity[row],
+            partner[one],
+            partner_velocity[one],
+            seen_now,
+            dt,
+            separation,
+            most,
+            theirs,
+            -np.inf,
+        )
+
+
+@njit
+def _keep_separation(
+    wanted: Any,
+    position: Any,
+    velocity: Any,
+    places: Any,
+    speeds: Any,
+    ages: Any,
+    dt: float,
+    separation: float,
+    most: float,
+    theirs: float,
+    floor: float,
+) -> Any:
+    """Acceleration (3,), and whether it is another one than the wanted."""
+    count = len(places)
+    outward, least = np.zeros((count + 1, 3)), np.full(count + 1, -np.inf)
+    for index in range(count):
+        squares = 0.0
+        for k in range(3):
+            outward[index, k] = position[k] - places[index, k]
+            squares += outward[index, k] ** 2
+        distance = math.sqrt(squares)
+        if distance < 1e-9:
+            continue  # no direction leads away more than others
+        closing = theirs * ages[index]
+        for k in range(3):
+            outward[index, k] /= distance
+            closing -= outward[index, k] * (velocity[k] - speeds[index, k])
+        room = distance - separation - 0.5 * theirs * ages[index] ** 2
+        least[index] = _least_outward(room, closing, dt, most - theirs, theirs)
+    # What is below rests: all of the acceleration is there to stop before it.
+    outward[count, 2] = 1.0
+    if floor > -np.inf:
+        room = max(position[2] - floor, -separation)
+        least[count] = _least_outward(room, -velocity[2], dt, most, 0.0)
+    length = math.sqrt(wanted[0] ** 2 + wanted[1] ** 2 + wanted[2] ** 2)
+    limited = wanted * (most / length) if length > most else wanted.copy()
+    found = _nearest_allowed(limited, outward, np.minimum(least, most), most, count)
+    change = 0.0
+    for k in range(3):
+        change = max(change, abs(found[k] - limited[k]))
+    return found, change > 1e-9
+
+
+@njit
+def _least_outward(room: float, closing: float, dt: float, relative: float, theirs: float) -> float:
     """Smallest acceleration along n after which h >= 0 one step later, the partner at its worst.
 
     With u the acceleration, the closing speed is then c' = c + (a_p - u) dt, and the room
@@ -130,13 +284,57 @@ def _least_outward(
     left = room - 0.5 * closing * dt
     root = (0.5 * relative * dt) ** 2 + 2.0 * relative * left
     # Where even moving apart does not make up for it: as fast as may be.
-    allowed = -0.5 * relative * dt + math.sqrt(root) if root >= 0.0 else -math.inf
+    allowed = -0.5 * relative * dt + math.sqrt(root) if root >= 0.0 else -np.inf
     if allowed < 0.0:
         # c' <= 0 counts for nothing but the way: r - (c + c') dt / 2 >= 0.
         allowed = min(2.0 * room / dt - closing, 0.0)
-    return config.partner_acceleration + (closing - allowed) / dt
+    return theirs + (closing - allowed) / dt
 
 
-def _within(vector: FloatArray, longest: float) -> FloatArray:
-    length = math.sqrt(float(vector @ vector))
-    return vector * (longest / length) if length > longest else vector
+@njit
+def _nearest_allowed(wanted: Any, outward: Any, least: Any, most: float, people: int) -> Any:
+    """The acceleration (3,) next to the wanted one with outward · a >= least, no longer than ``most``.
+
+    Where there is none, the first ``people`` of the bounds come first, and of these the one that would
+    be missed by most.
+    """
+    found, force = wanted.copy(), np.zeros(len(least))
+    for _ in range(_SWEEPS):
+        moved = 0.0
+        for index in range(len(least)):
+            if least[index] == -np.inf:
+                continue
+            missing = least[index]
+            for k in range(3):
+                missing -= outward[index, k] * found[k]
+            push = max(missing, -force[index])
+            force[index] += push
+            for k in range(3):
+                found[k] += push * outward[index, k]
+            moved = max(moved, abs(push))
+        if moved < _SETTLED:
+            break
+    length = math.sqrt(found[0] ** 2 + found[1] ** 2 + found[2] ** 2)
+    prime, miss = -1, _MISSED if length <= most * (1.0 + 1e-12) else -np.inf
+    for index in range(len(least)):
+        if index == people and prime >= 0:
+            break
+        missing = least[index]
+        for k in range(3):
+            missing -= outward[index, k] * found[k]
+        if missing > miss and least[index] > -np.inf:
+            prime, miss = index, missing
+    if prime < 0:
+        return found
+    # Along that one's line as far as it asks for; across, as far as the largest acceleration allows.
+    along, across = 0.0, 0.0
+    for k in range(3):
+        along += outward[prime, k] * found[k]
+    side = found - along * outward[prime]
+    for k in range(3):
+        across += side[k] ** 2
+    along = min(max(along, least[prime]), most)
+    across, room = math.sqrt(across), math.sqrt(max(most**2 - along**2, 0.0))
+    if across > room:
+        side *= room / across
+    return along * outward[prime] + side

@@ -1,7 +1,7 @@
 """Many hands at once, each moved by a policy and kept clear of its partner.
 
-The same as :mod:`hri_planner.policy.runner` and :mod:`hri_planner.policy.separation`, which move one
-hand of a robot, to the last digits; tests hold both against each other.
+The same as :mod:`hri_planner.policy.runner`, which moves one hand of a robot, to the last digits; tests
+hold both against each other.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hri_planner.policy.separation import SeparationConfig
+from hri_planner.policy.separation import SeparationConfig, keep_separations
 from hri_planner.rnn.model import PolicyModel
 
 FloatArray = NDArray[np.float64]
@@ -19,7 +19,6 @@ BoolArray = NDArray[np.bool_]
 
 BRAKING_M_S2 = 4.0
 """Of a hand that is not to go anywhere yet."""
-_COINCIDENT_M = 1e-9
 
 
 @dataclass(frozen=True)
@@ -79,15 +78,17 @@ class Hands:
         """
         if self._count % self._per_step == 0:
             self._going = going[:, None]
-            self._ask(partner)
+            self._ask(partner, partner_velocity)
         self._count += 1
         wanted = np.where(self._going, self._wanted, self._braking())
         self.filtered[:] = False
         if self._separation is not None:
             wanted, self.filtered = keep_separations(
                 wanted,
-                self.position - partner,
-                self.velocity - partner_velocity,
+                self.position,
+                self.velocity,
+                partner,
+                partner_velocity,
                 self._period,
                 self._separation,
             )
@@ -95,8 +96,11 @@ class Hands:
         self.position = self.position + self.velocity * h + wanted * (0.5 * h * h)
         self.velocity = self.velocity + wanted * h
 
-    def _ask(self, partner: FloatArray) -> None:
-        ahead = self.position + self.velocity * (0.5 * self._model.dt)
+    def _ask(self, partner: FloatArray, partner_velocity: FloatArray) -> None:
+        # Where all will be half a step later.
+        half_s = 0.5 * self._model.dt
+        ahead = self.position + self.velocity * half_s
+        partner = partner + partner_velocity * half_s
         goal = self._goal
         if self._noise is not None:
             goal = goal + self._noise.sigma * self._rng.standard_normal(goal.shape)
@@ -112,53 +116,3 @@ class Hands:
             * np.minimum(BRAKING_M_S2, speed / self._period)
         )
         return braking
-
-
-def keep_separations(
-    wanted: FloatArray,
-    offset: FloatArray,
-    velocity: FloatArray,
-    dt: float,
-    config: SeparationConfig,
-) -> tuple[FloatArray, BoolArray]:
-    """Accelerations nearest to the wanted ones that keep the separation.
-
-    Args:
-        wanted: Accelerations of the hands (n, 3) [m/s²].
-        offset: Hands minus partners' hands (n, 3) [m].
-        velocity: Of the hands relative to the partners' (n, 3) [m/s].
-        dt: Time for which accelerations hold [s].
-        config: Parameters.
-
-    Returns:
-        Accelerations (n, 3) [m/s²], and which of them the barrier changed (n,).
-    """
-    most = config.hand_acceleration
-    length = np.linalg.norm(wanted, axis=1, keepdims=True)
-    limited = np.where(length > most, wanted * (most / np.maximum(length, most)), wanted)
-    distance = np.linalg.norm(offset, axis=1)
-    apart = distance >= _COINCIDENT_M
-    outward = offset / np.maximum(distance, _COINCIDENT_M)[:, None]
-    closing = -np.einsum("ni,ni->n", outward, velocity)
-    least = _least_outward(distance - config.separation, closing, dt, config)
-    along = np.einsum("ni,ni->n", outward, limited)
-    changed = apart & (along < least)
-    least = np.minimum(least, most)
-    across = limited - along[:, None] * outward
-    room = np.sqrt(np.maximum(most**2 - least**2, 0.0))
-    wide = np.linalg.norm(across, axis=1)
-    share = np.where(wide > room, room / np.maximum(wide, 1e-300), 1.0)
-    kept = least[:, None] * outward + across * share[:, None]
-    return np.where(changed[:, None], kept, limited), changed
-
-
-def _least_outward(
-    room: FloatArray, closing: FloatArray, dt: float, config: SeparationConfig
-) -> FloatArray:
-    """Smallest accelerations along the line of both hands that keep the barrier."""
-    relative = config.hand_acceleration - config.partner_acceleration
-    root = (0.5 * relative * dt) ** 2 + 2.0 * relative * (room - 0.5 * closing * dt)
-    allowed = np.where(root >= 0.0, -0.5 * relative * dt + np.sqrt(np.maximum(root, 0.0)), -np.inf)
-    late = np.minimum(2.0 * room / dt - closing, 0.0)
-    allowed = np.where(allowed < 0.0, late, allowed)
-    return config.partner_acceleration + (closing - allowed) / dt
