@@ -1,6 +1,7 @@
 """The policy node in the whole graph: reaches, goals that move, stops, models, authority."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,11 +24,12 @@ from tampering import REMAP, Tamper, blind, wrist_jump
 from hri_planner.nodes.policy_config import DEFAULT_POLICY
 from hri_planner.nodes.ptomp_node import PtompNode
 from hri_planner.policy.partner import Partner
-from hri_planner.rnn.model_file import find_policy
+from hri_planner.rnn.model_file import find_policy, load_policy, save_policy
 from hri_planner.robot.model import load_robot
 from hri_prediction.errors import DataError
-from hri_prediction.ros.messages import LoadModel, PolicyStatus, ReachTarget
-from hri_prediction.ros.qos import reliable
+from hri_prediction.ros.messages import IdsList, LoadModel, PolicyStatus, ReachTarget
+from hri_prediction.ros.qos import LATCHED, reliable
+from hri_prediction.ros.time import to_time
 from hri_sim.scenario.schema import Scenario
 from hri_sim.testing import Graph, ReachHandle, cue, node_factory, policy_graph, reach
 
@@ -63,8 +65,9 @@ def start(graph: Graph, scenario: Scenario, index: int = 0) -> ReachHandle:
     return reach(graph, scenario, index, ACTION)
 
 
-def move_goal(graph: Graph, place: Any) -> None:
+def move_goal(graph: Graph, place: Any, stamp_s: float = 0.0) -> None:
     message = PoseStamped()
+    message.header.stamp = to_time(round(stamp_s * 1e9))
     message.header.frame_id = "world"
     point = message.pose.position
     point.x, point.y, point.z = map(float, place)
@@ -133,10 +136,11 @@ def test_a_goal_that_moves_is_followed(make: Callable[..., Graph], scenario: Sce
         graph.run(0.02)
     assert finish(graph, handle).outcome == Result.REACHED
     assert tool_error(graph, place + 39 * up) < 0.006
-    # What is held moves too.
+    # What is held stays: nothing moves without a motion.
     move_goal(graph, place)
-    graph.run(5.0)
-    assert tool_error(graph, place) < 0.008
+    graph.run(1.0)
+    assert tool_error(graph, place + 39 * up) < 0.006
+    assert any("no motion" in fault for fault in graph.nodes["policy"].faults)
 
 
 def test_goals_that_are_none(make: Callable[..., Graph], scenario: Scenario) -> None:
@@ -146,11 +150,18 @@ def test_goals_that_are_none(make: Callable[..., Graph], scenario: Scenario) -> 
     assert any("no motion" in fault for fault in graph.nodes["policy"].faults)
     handle = start(graph, scenario)
     run_into_motion(graph)
-    for place in ((np.nan, 0.0, 0.3), (2.0, 0.0, 0.3), (0.5, 0.0, -0.2)):
+    for place, word in (
+        ((np.nan, 0.0, 0.3), "finite"),
+        ((2.0, 0.0, 0.3), "out of reach"),
+        ((0.5, 0.0, -0.2), "table"),
+    ):
         move_goal(graph, place)
         graph.run(0.02)
-    faults = " ".join(graph.nodes["policy"].faults)
-    assert "table" in faults
+        assert word in " ".join(graph.nodes["policy"].faults)
+    for off_s in (-0.6, 5.0):
+        move_goal(graph, (0.5, 0.0, 0.3), graph.now_s + off_s)
+        graph.run(0.02)
+        assert "expected 0.5 s at most" in " ".join(graph.nodes["policy"].faults)
     assert finish(graph, handle).outcome == Result.REACHED
     assert tool_error(graph, scenario.targets[scenario.reaches[0].robot_target]) < 0.006
     result = finish(graph, graph.reach(goal_at((2.0, 0.0, 0.3)), ACTION))
@@ -195,6 +206,33 @@ def test_one_wild_sample_changes_nothing(make: Callable[..., Graph], scenario: S
     assert finish(graph, handle).outcome == Result.REACHED
 
 
+def test_the_clock_goes_back(make: Callable[..., Graph], scenario: Scenario) -> None:
+    graph = make()
+    handle = start(graph, scenario)
+    run_into_motion(graph)
+    graph.nodes["policy"].tick(round((graph.now_s - 2.0) * 1e9))
+    graph.run(1.0)
+    assert handle.result is not None
+    assert "clock went back" in handle.result.reason
+    assert np.abs(newest_speed(graph)).max() < 0.02
+    assert largest_reference_step(graph) < 0.02
+
+
+def test_people_come_and_go(make: Callable[..., Graph], scenario: Scenario) -> None:
+    graph = make()
+    handle = start(graph, scenario)
+    run_into_motion(graph)
+    # Somebody is tracked of whom nothing is heard: the robot waits.
+    for names, word in ((["person1", "eve"], "eve"), (["person1", "no/name"], "no/name")):
+        graph.publish(IdsList, "humans/bodies/tracked", IdsList(ids=names), LATCHED)
+        graph.run(0.4)
+        assert np.abs(newest_speed(graph)).max() < 0.02
+        assert word in graph.messages(STATUS)[-1].reason
+    graph.publish(IdsList, "humans/bodies/tracked", IdsList(ids=["person1"]), LATCHED)
+    assert finish(graph, handle).outcome == Result.REACHED
+    assert largest_reference_step(graph) < 0.02
+
+
 def test_the_robot_stops_when_the_node_dies(make: Callable[..., Graph], scenario: Scenario) -> None:
     graph = make()
     start(graph, scenario)
@@ -218,12 +256,18 @@ def test_models_are_loaded_between_motions(
     assert finish(graph, handle).outcome == Result.REACHED
     broken = tmp_path / "broken.npz"
     broken.write_bytes(Path(path).read_bytes()[:500])
-    for wrong in (str(broken), "rnn_unknown", str(tmp_path / "none.npz")):
+    slow = tmp_path / "rnn_slow.npz"
+    save_policy(slow, replace(load_policy(path), dt=0.030), {})
+    for wrong in (str(broken), "rnn_unknown", str(tmp_path / "none.npz"), str(slow)):
         answer = graph.call(LoadModel, "/policy/load_model", LoadModel.Request(path=wrong))
         assert not answer.success
         assert answer.message
+    # While the goal is held, that is let go.
+    assert graph.messages(STATUS)[-1].stage == PolicyStatus.HOLDING
     answer = graph.call(LoadModel, "/policy/load_model", LoadModel.Request(path=path))
     assert answer.success
+    graph.run(0.1)
+    assert graph.messages(STATUS)[-1].stage == PolicyStatus.IDLE
     assert finish(graph, start(graph, scenario, 1)).outcome == Result.REACHED
     assert graph.messages(STATUS)[-1].policy == path
 
@@ -253,6 +297,22 @@ def test_one_node_at_a_time_moves_the_robot(make: Callable[..., Graph], scenario
     assert finish(graph, graph.reach(goal_at(other))).outcome == Result.REACHED
     assert graph.messages(STATUS)[-1].stage == PolicyStatus.IDLE
     assert tool_error(graph, other) < 0.006
+
+
+def test_of_two_nodes_that_begin_at_once_one_goes_on(
+    make: Callable[..., Graph], scenario: Scenario
+) -> None:
+    ptomp = node_factory(PtompNode, parameters={"require_tracking": False})
+    graph = make(scenario=alone(scenario), others=[ptomp], parameters=UNWATCHED)
+    mine = scenario.targets[scenario.reaches[0].robot_target]
+    theirs = scenario.targets[scenario.reaches[1].robot_target]
+    handle, other = graph.reach(goal_at(mine), ACTION), graph.reach(goal_at(theirs))
+    result = finish(graph, handle)
+    assert result.outcome == Result.REJECTED
+    assert "ptomp moves the robot" in result.reason
+    assert finish(graph, other).outcome == Result.REACHED
+    assert tool_error(graph, theirs) < 0.006
+    assert largest_reference_step(graph) < 0.02
 
 
 def test_the_same_seed_says_the_same(make: Callable[..., Graph], scenario: Scenario) -> None:

@@ -7,6 +7,7 @@ from itertools import product
 import numpy as np
 
 from hri_planner.policy.partner import Partner
+from hri_planner.policy.separation import SeparationConfig, keep_separation
 from hri_planner.policy.tool_velocity import ToolVelocity, ToolVelocityConfig
 from hri_planner.ptomp import HumanForecast, PtompConfig, PtompPlanner, TableBox
 from hri_planner.ptomp.costs import CostModel
@@ -38,4 +39,8 @@ def warm_kernels() -> None:
     capsule_distances(robot.robot_capsules(start), robot.capsule_radii, axes, radii)
     inverse = ToolVelocity(robot, ToolVelocityConfig())
     inverse.joint_speeds(start, np.zeros(7), goal, np.zeros(3), 0.004)
-    Partner(arm[-1], np.zeros(3), joints=arm, speeds=np.zeros((4, 3))).distance(goal)
+    partner = Partner(arm[-1], np.zeros(3), joints=arm, speeds=np.zeros((4, 3)))
+    partner.distance(goal)
+    keep_separation(
+        np.ones(3), goal, np.zeros(3), partner.places(goal), 0.004, SeparationConfig(), floor=0.0
+    )

@@ -8,6 +8,7 @@ decided in :mod:`hri_planner.supervision`: here messages become facts, and decis
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import replace
 from typing import Any
 
@@ -112,9 +113,9 @@ class MotionNode(HriNode):
         self._replans.worker.close()
         self._action.destroy()
 
+    @abstractmethod
     def duration_of(self, request: ReachTarget.Goal) -> float:
         """How long a motion is to take [s]."""
-        raise NotImplementedError
 
     # ------------------------------------------------------------------ what is heard
     def _on_joints(self, message: JointState) -> None:
@@ -165,8 +166,10 @@ class MotionNode(HriNode):
             self._reports.restart(now_ns)
             self._carry_out(now_ns, supervisor.restart(now_ns))
         other = self._authority.holder(now_ns)
-        if other and supervisor.holding:
-            self._carry_out(now_ns, supervisor.release(f"{other} moves the robot"))
+        if other and supervisor.motion is not None and self._authority.is_first:
+            other = ""  # both have begun at once: the other gives way
+        if other and supervisor.active:
+            self._carry_out(now_ns, supervisor.give_way(f"{other} moves the robot", now_ns))
         self._collect(now_ns)
         if supervisor.active:
             self._carry_out(now_ns, supervisor.tick(self._see(now_ns)))
@@ -234,6 +237,8 @@ class MotionNode(HriNode):
     # ------------------------------------------------------------------ plans
     def _begin(self, now_ns: int, interval: Interval) -> None:
         supervisor = self._supervisor
+        # What has become ready since this tick looked would be lost.
+        self._collect(now_ns)
         if interval.start is not None:
             seen = self._see(now_ns)
             try:

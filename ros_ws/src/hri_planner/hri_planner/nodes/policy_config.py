@@ -32,6 +32,10 @@ class PolicyNodeConfig(MotionConfig):
         high=1.0,
     )
 
+    max_goal_age: float = parameter(
+        0.5, "Places on policy/goal that are older are not taken", unit="s", low=0.01, high=60.0
+    )
+
     def __post_init__(self) -> None:
         """Check ranges and that times fit together."""
         super().__post_init__()

@@ -19,7 +19,7 @@ from hri_planner.nodes.policy_reporting import PolicyReporting
 from hri_planner.policy.config import PolicyConfig
 from hri_planner.rnn.model_file import find_policy, load_policy
 from hri_planner.ros.arms import ArmInputs, Arms
-from hri_planner.ros.goals import position_of
+from hri_planner.ros.goals import moving_position_of
 from hri_planner.warm import warm_kernels
 from hri_prediction.errors import HriError, PlanningError
 from hri_prediction.ros.messages import IdsList, LoadModel, ReachTarget
@@ -36,6 +36,7 @@ class PolicyNode(MotionNode):
         config = declare_config(self, PolicyNodeConfig)
         policy = declare_config(self, PolicyConfig, prefix="policy_planner")
         inputs = ArmInputs(radii=config.radii)
+        self._max_goal_age_s = config.max_goal_age
         self.replanning = PolicyReplanning(
             self._robot,
             load_policy(find_policy(config.policy)),
@@ -58,12 +59,13 @@ class PolicyNode(MotionNode):
         return 0.0
 
     def _on_moving_goal(self, message: PoseStamped) -> None:
-        """Move the goal of the present motion, or the place that is held."""
+        """Move the goal of the present motion; what is held stays."""
         try:
-            target = position_of(message)
-            if not self._supervisor.active:
+            target = moving_position_of(message, self.now_ns(), self._max_goal_age_s)
+            motion = self._supervisor.motion
+            if motion is None or motion.cancelling:
                 raise PlanningError(
-                    "a goal on policy/goal, and no motion",
+                    f"a goal on policy/goal, and {'a motion that ends' if motion else 'no motion'}",
                     hint="it moves the goal of a motion: begin one with policy/reach_target",
                 )
             self.replanning.retarget(target)

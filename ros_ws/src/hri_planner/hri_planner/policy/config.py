@@ -60,7 +60,7 @@ class PolicyConfig:
     def __post_init__(self) -> None:
         """Check the values."""
         validate(self)
-        self.separation_filter  # noqa: B018 (its own check)
+        SeparationConfig(self.separation, self.hand_acceleration, self.partner_acceleration)
 
     @property
     def separation_filter(self) -> SeparationConfig:

@@ -37,50 +37,86 @@ _LEAST_SAMPLES = 3
 
 
 @dataclass(eq=False)
-class _Arm:
-    """One body's newest samples; a keypoint that is not seen is where it was seen last."""
+class TrackedArm:
+    """One body's newest samples.
+
+    A joint that is not seen, or seems to jump, goes along with the hand as it was last seen beside it.
+    """
 
     times_ns: deque[int] = field(default_factory=lambda: deque(maxlen=64))
     keypoints: deque[FloatArray] = field(default_factory=lambda: deque(maxlen=64))
+    _seen_ns: list[int] = field(default_factory=lambda: [0] * 4)
 
     def add(self, stamp_ns: int, keypoints: FloatArray) -> None:
+        """Take a sample whose hand was seen; wild ones and those out of order say nothing.
+
+        Args:
+            stamp_ns: Capture time [ns].
+            keypoints: Shoulder, elbow, wrist, hand tip (4, 3) [m]; NaN where not seen.
+        """
         if self.times_ns and stamp_ns <= self.times_ns[-1]:
             if stamp_ns > self.times_ns[-1] - NANO:
                 return  # out of order: an older sample says nothing new
-            self.times_ns.clear()
-            self.keypoints.clear()
-        if self._is_wild(stamp_ns, keypoints[HAND_TIP]):
-            return
+            self._clear()
+        seen = [not np.isnan(place).any() for place in keypoints]
+        wild = [seen[k] and self._is_wild(k, stamp_ns, keypoints[k]) for k in range(4)]
+        if wild[HAND_TIP]:
+            if stamp_ns - self.times_ns[-1] <= BELIEVED_S * NANO:
+                return
+            self._clear()
+            wild = [False] * 4
+        hand = keypoints[HAND_TIP]
         # Never seen, so nobody knows: the hand, which is always seen here, stands in.
-        known = self.keypoints[-1] if self.keypoints else keypoints[HAND_TIP]
+        beside = self.keypoints[-1] - self.keypoints[-1][HAND_TIP] if self.keypoints else 0.0
+        known = np.tile(hand, (4, 1)) + beside
+        for k in range(4):
+            if not seen[k]:
+                continue
+            if wild[k] and stamp_ns - self._seen_ns[k] <= BELIEVED_S * NANO:
+                continue
+            known[k] = keypoints[k]
+            self._seen_ns[k] = stamp_ns
+            if wild[k]:
+                self._forget_speed(k, known[k])
         self.times_ns.append(stamp_ns)
-        self.keypoints.append(np.where(np.isnan(keypoints), known, keypoints))
+        self.keypoints.append(known)
         while self.times_ns[0] < stamp_ns - round(VELOCITY_S * NANO):
             self.times_ns.popleft()
             self.keypoints.popleft()
 
-    def _is_wild(self, stamp_ns: int, hand: FloatArray) -> bool:
-        """Whether no hand moves like that; after :data:`BELIEVED_S` of such samples it is believed."""
+    def _is_wild(self, k: int, stamp_ns: int, place: FloatArray) -> bool:
+        """Whether no hand moves like that."""
         if not self.times_ns:
             return False
-        seconds = (stamp_ns - self.times_ns[-1]) / NANO
-        way = float(np.linalg.norm(hand - self.keypoints[-1][HAND_TIP]))
-        if way <= FASTEST_HAND * seconds + MARKER_M:
-            return False
-        if seconds <= BELIEVED_S:
-            return True
+        # One that was never seen, or not for long, may be anywhere.
+        seconds = (stamp_ns - self._seen_ns[k]) / NANO
+        way = float(np.linalg.norm(place - self.keypoints[-1][k]))
+        return way > FASTEST_HAND * seconds + MARKER_M
+
+    def _forget_speed(self, k: int, place: FloatArray) -> None:
+        """A joint that is believed to be somewhere else has not moved there."""
+        for index, earlier in enumerate(self.keypoints):
+            changed = earlier.copy()  # the one before may be in use
+            changed[k] = place
+            self.keypoints[index] = changed
+
+    def _clear(self) -> None:
         self.times_ns.clear()
         self.keypoints.clear()
-        return False
 
     def partner(self, time_ns: int) -> Partner:
-        """The arm at a time, extrapolated along lines fitted to the newest samples."""
-        places, speeds = self.keypoints[-1], np.zeros((4, 3))
+        """The arm at a time, extrapolated along lines fitted to the newest samples.
+
+        It counts as old as the middle of these: the speed that they give is that of then.
+        """
+        places, speeds, since_ns = self.keypoints[-1], np.zeros((4, 3)), float(self.times_ns[-1])
         if len(self.keypoints) >= _LEAST_SAMPLES:
             t = (np.array(self.times_ns) - self.times_ns[-1]) / NANO
+            since_ns += float(t.mean()) * NANO
             t = t - t.mean()
             speeds = np.tensordot(t, np.array(self.keypoints), 1) / float(t @ t)
-        now = Partner(places[HAND_TIP], speeds[HAND_TIP], joints=places, speeds=speeds)
+        age = (self.times_ns[-1] - since_ns) / NANO
+        now = Partner(places[HAND_TIP], speeds[HAND_TIP], age, joints=places, speeds=speeds)
         return now.later((time_ns - self.times_ns[-1]) / NANO)
 
 
@@ -90,7 +126,7 @@ class ArmInputs(RobotInputs):
 
     what: ClassVar[str] = "arm"
 
-    _arms: dict[str, _Arm] = field(default_factory=dict)
+    _arms: dict[str, TrackedArm] = field(default_factory=dict)
 
     def people_heard(self) -> dict[str, HeardPerson]:
         """From when the newest sample of each hand is."""
@@ -105,7 +141,7 @@ class ArmInputs(RobotInputs):
             keypoints: Shoulder, elbow, wrist, hand tip (4, 3) [m]; NaN where not seen.
         """
         if np.isfinite(keypoints[HAND_TIP]).all():
-            self._arms.setdefault(body_id, _Arm()).add(stamp_ns, keypoints)
+            self._arms.setdefault(body_id, TrackedArm()).add(stamp_ns, keypoints)
 
     def forget(self) -> None:
         """Drop all that was heard, because its stamps mean nothing any more."""
@@ -128,7 +164,7 @@ class ArmInputs(RobotInputs):
         """Oldest among the newest samples of the tracked hands [ns]; 0 when nobody is tracked."""
         return min((arm.times_ns[-1] for arm in self._tracked()), default=0)
 
-    def _tracked(self) -> Iterator[_Arm]:
+    def _tracked(self) -> Iterator[TrackedArm]:
         return (self._arms[body_id] for body_id in self.tracked or () if body_id in self._arms)
 
 

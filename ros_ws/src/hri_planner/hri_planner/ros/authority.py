@@ -8,7 +8,10 @@ from hri_prediction.ros.node import HriNode
 from hri_prediction.ros.qos import reliable
 
 STATUSES = {"ptomp": PlannerStatus, "policy": PolicyStatus}
-"""Nodes that move the robot, with the type of their ``<name>/status``; stages are the same in all."""
+"""Nodes that move the robot, with the type of their ``<name>/status``; stages are the same in all.
+
+Where two have begun before they heard of each other, the first of these goes on.
+"""
 
 FORGOTTEN_NS = 500_000_000
 """A node that has said nothing for so long moves nothing any more [ns]."""
@@ -22,10 +25,14 @@ class Authority:
     Args:
         node: The node that wants to know.
         name: Its own name among :data:`STATUSES`.
+
+    Attributes:
+        is_first: Whether it is the one that goes on where two have begun at once.
     """
 
     def __init__(self, node: HriNode, name: str) -> None:
         self._node = node
+        self.is_first = name == next(iter(STATUSES))
         self._moving: dict[str, int] = {}
         self._holding: dict[str, int] = {}
         for other, kind in STATUSES.items():

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from hri_prediction.errors import PlanningError
 from hri_prediction.ros.conversions import WORLD
 from hri_prediction.ros.messages import ReachTarget
+from hri_prediction.ros.time import NANO, to_ns
 
 FloatArray = NDArray[np.float64]
 
@@ -41,6 +42,28 @@ def target_of(goal: ReachTarget.Goal, targets: Mapping[str, FloatArray]) -> Floa
             )
         return targets[goal.target].copy()
     return position_of(goal.pose)
+
+
+def moving_position_of(pose: PoseStamped, now_ns: int, max_age_s: float) -> FloatArray:
+    """Position (3,) [m] of a goal that moves, unless that is an old one.
+
+    Args:
+        pose: Where it is; without a stamp: now.
+        now_ns: Time [ns].
+        max_age_s: It may be so old, or so much in the future [s].
+
+    Raises:
+        PlanningError: when it is too old, or malformed.
+    """
+    stamp_ns = to_ns(pose.header.stamp)
+    age_s = (now_ns - stamp_ns) / NANO
+    if stamp_ns and abs(age_s) > max_age_s:
+        raise PlanningError(
+            f"goal on policy/goal is {age_s:.2f} s old",
+            expected=f"{max_age_s:g} s at most",
+            hint="compare the clocks, or leave the stamp zero: now",
+        )
+    return position_of(pose)
 
 
 def position_of(pose: PoseStamped) -> FloatArray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from typing import ClassVar
 
@@ -25,7 +26,7 @@ NOBODY = 1e9
 
 
 @dataclass
-class RobotInputs:
+class RobotInputs(ABC):
     """Newest messages of robot and controller; times on the ROS clock [ns].
 
     Attributes:
@@ -95,17 +96,17 @@ class RobotInputs:
             self.what,
         )
 
+    @abstractmethod
     def people_heard(self) -> dict[str, HeardPerson]:
         """From when what is known of each person is, and whether it may be used, by body id."""
-        raise NotImplementedError
 
+    @abstractmethod
     def arms_now(self) -> list[FloatArray]:
         """Keypoints (4, 3) [m] of each tracked arm, as far as known."""
-        raise NotImplementedError
 
+    @abstractmethod
     def newest_sample_ns(self) -> int:
         """Oldest among the newest samples of the tracked arms [ns]; 0 when nobody is tracked."""
-        raise NotImplementedError
 
     def forget(self) -> None:
         """Drop what the robot said, because its stamps mean nothing any more."""

@@ -84,6 +84,15 @@ class Keeper:
             self.stage, self.reason = Stage.IDLE, why
         return Decision(reports=(self._report(self.motion),))
 
+    def give_way(self, why: str, now_ns: int) -> Decision:
+        """Others lead the robot: what goes on or is held ends here, and is not stopped, as it is theirs."""
+        if self.motion is None:
+            return self.release(why)
+        orders = Orders()
+        self.holding = False
+        self._end(self.motion, Outcome.REJECTED, why, now_ns, orders)
+        return orders.decision()
+
     def _concerns_us(self, number: int) -> bool:
         motion = self.motion
         if motion is None:

@@ -1,0 +1,128 @@
+"""What is known of tracked arms, whatever motion capture says of them."""
+
+import numpy as np
+import pytest
+
+from hri_planner.ros.arms import ArmInputs, TrackedArm
+
+MS = 1_000_000
+ARM = np.array(((0.9, 0.0, 0.4), (0.7, 0.1, 0.2), (0.6, 0.05, 0.2), (0.45, 0.1, 0.3)))
+SPEED = np.array((-0.5, 0.2, 0.0))
+ELBOW, WRIST, HAND = 1, 2, 3
+
+
+def at(ms: float) -> np.ndarray:
+    """An arm that moves along as a whole."""
+    return ARM + SPEED * ms / 1000.0
+
+
+def tracked(until_ms: int = 80) -> TrackedArm:
+    arm = TrackedArm()
+    for ms in range(0, until_ms + 1, 4):
+        arm.add(ms * MS, at(ms))
+    return arm
+
+
+def unseen(keypoints: np.ndarray, *joints: int) -> np.ndarray:
+    found = keypoints.copy()
+    found[list(joints)] = np.nan
+    return found
+
+
+def moved(keypoints: np.ndarray, joint: int, way: float) -> np.ndarray:
+    found = keypoints.copy()
+    found[joint, 2] += way
+    return found
+
+
+def test_an_arm_goes_on_as_it_did() -> None:
+    partner = tracked().partner(100 * MS)
+    assert partner.joints == pytest.approx(at(100))
+    assert partner.position == pytest.approx(at(100)[HAND])
+    assert partner.speeds == pytest.approx(np.tile(SPEED, (4, 1)))
+    # Since the middle of the 48 ms that gave the speed.
+    assert partner.age == pytest.approx(0.044)
+
+
+def test_of_a_single_sample_no_speed_is_known() -> None:
+    arm = TrackedArm()
+    arm.add(0, ARM)
+    partner = arm.partner(20 * MS)
+    assert partner.position == pytest.approx(ARM[HAND])
+    assert partner.age == pytest.approx(0.020)
+
+
+def test_a_joint_that_is_not_seen_goes_along_with_the_hand() -> None:
+    arm = tracked()
+    for ms in range(84, 200, 4):
+        arm.add(ms * MS, unseen(at(ms), ELBOW, WRIST))
+    assert arm.partner(200 * MS).joints == pytest.approx(at(200), abs=1e-9)
+    first = TrackedArm()
+    first.add(0, unseen(ARM, 0, ELBOW, WRIST))
+    assert first.keypoints[-1] == pytest.approx(np.tile(ARM[HAND], (4, 1)))
+    # Once it is seen it is there, however far away it was thought to be.
+    first.add(4 * MS, at(4))
+    assert np.linalg.norm(first.keypoints[-1][ELBOW] - at(4)[ELBOW]) < 0.3
+
+
+@pytest.mark.parametrize("joint", [0, ELBOW, WRIST, HAND])
+def test_a_single_jump_is_not_believed(joint: int) -> None:
+    arm = tracked()
+    arm.add(84 * MS, moved(at(84), joint, 0.3))
+    partner = arm.partner(84 * MS)
+    assert partner.joints == pytest.approx(at(84), abs=1e-6)
+    assert np.abs(partner.speeds - SPEED).max() < 0.05
+    arm.add(88 * MS, at(88))
+    assert arm.partner(88 * MS).joints == pytest.approx(at(88), abs=1e-6)
+
+
+@pytest.mark.parametrize("joint", [0, ELBOW, WRIST, HAND])
+def test_a_jump_that_stays_is_believed_after_a_while_and_is_no_speed(joint: int) -> None:
+    arm = tracked()
+    for ms in range(84, 84 + 100, 4):
+        arm.add(ms * MS, moved(at(ms), joint, 0.5))
+        assert np.linalg.norm(arm.partner(ms * MS).speeds, axis=1).max() < 1.5
+    assert arm.partner(180 * MS).joints == pytest.approx(moved(at(180), joint, 0.5), abs=1e-6)
+
+
+def test_what_is_in_use_does_not_change() -> None:
+    arm = tracked()
+    before = arm.partner(80 * MS)
+    joints = before.joints.copy()
+    for ms in range(84, 184, 4):
+        arm.add(ms * MS, moved(at(ms), ELBOW, 0.4))
+    np.testing.assert_array_equal(before.joints, joints)
+
+
+def test_what_is_out_of_order_says_nothing_and_a_clock_that_went_back_begins_anew() -> None:
+    arm = tracked()
+    arm.add(40 * MS, ARM + 1.0)
+    assert arm.partner(80 * MS).joints == pytest.approx(at(80))
+    late = TrackedArm()
+    late.add(5000 * MS, ARM)
+    late.add(100 * MS, ARM + 0.5)
+    assert late.partner(100 * MS).joints == pytest.approx(ARM + 0.5)
+
+
+def test_inputs_are_of_those_who_are_tracked() -> None:
+    inputs = ArmInputs(radii=np.array((0.05, 0.04, 0.05)))
+    assert inputs.partners(0) == []
+    assert inputs.newest_sample_ns() == 0
+    for name, ms in (("ann", 8), ("bob", 4)):
+        inputs.take(name, ms * MS, ARM)
+    assert inputs.partners(0) == []
+    inputs.tracked = ("ann", "bob", "eve")
+    assert len(inputs.partners(10 * MS)) == 2
+    assert inputs.newest_sample_ns() == 4 * MS
+    assert {name: heard.stamp_ns for name, heard in inputs.people_heard().items()} == {
+        "ann": 8 * MS,
+        "bob": 4 * MS,
+    }
+    # Without a hand it is no sample: the one before grows old.
+    inputs.take("bob", 12 * MS, unseen(ARM, HAND))
+    assert inputs.newest_sample_ns() == 4 * MS
+    inputs.forget_body("bob")
+    assert len(inputs.partners(10 * MS)) == 1
+    inputs.forget()
+    assert inputs.people_heard() == {}
+    assert inputs.arms_now() == []
