@@ -9,6 +9,7 @@ whatever the order of their arrival.
 from __future__ import annotations
 
 import difflib
+import faulthandler
 import gc
 import inspect
 import signal
@@ -46,6 +47,8 @@ STANDSTILL = "was not run for"
 """What a node's health says of a machine that did not run it."""
 STANDSTILL_S = 0.25
 """Ticks that come later than this after the one before are spoken of [s]."""
+TEARDOWN_S = 3.0
+"""So long may the middleware take to let go of a node that ends [s]."""
 
 
 class CountedPublisher:
@@ -344,11 +347,15 @@ def run_node(make: Callable[[], HriNode], args: list[str] | None = None) -> int:
         end.interrupt = False
         if node is not None:
             node.close()
+        # All that is the node's own is closed. Middleware that does not let go is not waited for: where
+        # it hangs is said on stderr.
+        faulthandler.dump_traceback_later(TEARDOWN_S, exit=True)
         if executor is not None:
             executor.shutdown()
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()
+        faulthandler.cancel_dump_traceback_later()
     return code
 
 
