@@ -1,5 +1,6 @@
 """The node of two simulated people, in lock-step; and a bag of it as training data."""
 
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -69,6 +70,18 @@ def test_a_reset_with_the_same_seed_is_the_same_again(graph: Graph) -> None:
     answer = node._on_reset(Reset.Request(seed=1, scenario="table.yaml"), Reset.Response())
     assert not answer.success
     assert "a dyad has none" in answer.message
+
+
+@pytest.mark.parametrize(("jump_s", "word"), [(-100.0, "back"), (40_000.0, "on by 40000 s")])
+def test_a_clock_that_jumps_begins_anew_and_holds_nothing_up(
+    graph: Graph, jump_s: float, word: str
+) -> None:
+    graph.run(1.0)
+    node = graph.nodes["dyad"]
+    begin = time.monotonic()
+    node.tick(round((graph.now_s + jump_s) * 1e9))
+    assert time.monotonic() - begin < 2.0
+    assert any(f"clock went {word}" in fault for fault in node.faults)
 
 
 def test_what_is_said_can_be_learnt_from(graph: Graph, tmp_path: Path) -> None:

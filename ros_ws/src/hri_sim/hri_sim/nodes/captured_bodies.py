@@ -13,6 +13,9 @@ from hri_prediction.ros.qos import LATCHED, SENSOR
 from hri_prediction.ros.time import NANO, to_time
 from hri_sim.people.capture import Capture, CapturedBody
 
+LONGEST_GAP_NS = 60 * NANO
+"""People who were not asked for longer begin anew, as what they did meanwhile takes long to find out."""
+
 
 class CapturedBodies:
     """Publishes bodies with the ticks of a node.
@@ -53,8 +56,10 @@ class CapturedBodies:
         if not self._begun:
             self._begun = True
             self.restart()
-        if now_ns < self._last_ns - NANO:
-            self._node.fault("clock", "the clock went back: the people start again")
+        passed_ns = now_ns - self._last_ns
+        if not -NANO <= passed_ns <= LONGEST_GAP_NS:
+            way = "back" if passed_ns < 0 else f"on by {passed_ns / NANO:.0f} s"
+            self._node.fault("clock", f"the clock went {way}: the people start again")
             self.restart()
         self._last_ns = max(self._last_ns, now_ns)
         if skipped := self._capture.skip(now_ns):

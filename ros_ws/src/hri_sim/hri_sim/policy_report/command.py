@@ -35,7 +35,7 @@ from hri_sim.policy_report.report import SECTIONS, report
 from hri_sim.policy_report.section import Section
 
 RESULTS = Path("docs/results")
-RUNS, SMOKE_RUNS = Path("runs/rnn"), Path("runs/smoke_rnn")
+RUNS, SMOKE_RUNS = RESULTS / "rnn" / "policies", Path("runs/smoke_rnn")
 FILE, TEXT = "rnn.json", "rnn.md"
 DONE = "report.json"
 """In the folder of policies: sections that are done, with what decides about them."""
@@ -154,7 +154,7 @@ def reproduce_rnn(
         Path | None,
         typer.Option(
             help="Folder of trained policies; those that are there are not trained again. Default: "
-            "runs/rnn; smoke: runs/smoke_rnn."
+            "docs/results/rnn/policies, those of the report; smoke: runs/smoke_rnn."
         ),
     ] = None,
     config: Annotated[
