@@ -62,7 +62,7 @@ class MotionNode(HriNode):
         self._name = name
         self._robot: RobotModel = load_robot()
         self._handles: dict[int, Any] = {}
-        self._last: MadePlan | None = None
+        self._last: MadePlan[Any, Any] | None = None
 
     def serve_motions(
         self,
@@ -276,7 +276,7 @@ class MotionNode(HriNode):
         self._last = made
         self._publish(now_ns, plan, made, plan.due_ns)
 
-    def _publish(self, now_ns: int, plan: ReadyPlan, made: MadePlan, due_ns: int) -> None:
+    def _publish(self, now_ns: int, plan: ReadyPlan, made: MadePlan[Any, Any], due_ns: int) -> None:
         self._handover.sent(due_ns, made.before.plan, made.plan)
         self._trajectory.publish(trajectory_message(made.plan, self._robot.joint_names, due_ns))
         report = self._supervisor.published(plan, now_ns)

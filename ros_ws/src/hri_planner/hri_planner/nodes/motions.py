@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Generic, Protocol, TypeVar
 
 from numpy import float64
 from numpy.typing import NDArray
@@ -24,28 +25,48 @@ class Failed:
     text: str
 
 
-class MadePlan(Protocol):
-    """A plan, and what it was made from and for."""
-
-    @property
-    def interval(self) -> Interval:
-        """When, and for which motion."""
-
-    @property
-    def joint(self) -> Joint | None:
-        """Where it meets the plan before."""
-
-    @property
-    def before(self) -> Any:
-        """The planner as it was, for when the plan is dropped."""
+class Planned(Protocol):
+    """What a planner made of a replan."""
 
     @property
     def plan(self) -> JointPlan:
         """The plan."""
 
+
+BeforeT = TypeVar("BeforeT")
+ResultT = TypeVar("ResultT", bound=Planned)
+
+
+@dataclass(frozen=True)
+class MadePlan(ABC, Generic[BeforeT, ResultT]):
+    """A plan, and what it was made from and for.
+
+    Attributes:
+        interval: When, and for which motion.
+        newest_sample_ns: Newest human sample that it used [ns].
+        joint: Where it meets the plan before.
+        before: The planner as it was, for when the plan is dropped.
+        result: The plan and how it came about.
+        compute_s: What it took [s].
+    """
+
+    interval: Interval
+    newest_sample_ns: int
+    joint: Joint | None
+    before: BeforeT
+    result: ResultT
+    compute_s: float
+
+    @property
+    def plan(self) -> JointPlan:
+        """The plan."""
+        return self.result.plan
+
+    @abstractmethod
     def ready(self, due_ns: int | None) -> ReadyPlan:
         """The plan, when its first point is due [ns]; none: the robot will not be there."""
 
+    @abstractmethod
     def is_over_for(self, number: int, plan_time_s: float) -> bool:
         """Whether it has brought the tool to the goal of a motion by that time [s]."""
 

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hri_planner.nodes.motions import Failed
+from hri_planner.nodes.motions import Failed, MadePlan
 from hri_planner.nodes.policy_config import PolicyNodeConfig
 from hri_planner.policy.config import PolicyConfig
 from hri_planner.policy.planner import Cycle, PolicyPlanner, PolicySnapshot
-from hri_planner.ptomp.plan import JointPlan
 from hri_planner.rnn.model import PolicyModel
 from hri_planner.robot.model import RobotModel
 from hri_planner.ros.arms import ArmInputs
-from hri_planner.ros.handover import Handover, Joint
+from hri_planner.ros.handover import Handover
 from hri_planner.ros.worker import Worker
 from hri_planner.supervision.decision import Goal, Interval, ReadyPlan
 from hri_prediction.errors import DataError, PlanningError
@@ -26,30 +24,8 @@ from hri_prediction.ros.time import seconds_to_ns
 FloatArray = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class PolicyCycle:
-    """What one cycle was made from and for.
-
-    Attributes:
-        interval: When, and for which motion.
-        newest_sample_ns: Newest human sample that it used [ns].
-        joint: Where it meets the plan before.
-        before: The planner as it was, for when the plan is dropped.
-        result: The plan and how it came about.
-        compute_s: What it took [s].
-    """
-
-    interval: Interval
-    newest_sample_ns: int
-    joint: Joint | None
-    before: PolicySnapshot
-    result: Cycle
-    compute_s: float
-
-    @property
-    def plan(self) -> JointPlan:
-        """The plan."""
-        return self.result.plan
+class PolicyCycle(MadePlan[PolicySnapshot, Cycle]):
+    """What one cycle was made from and for."""
 
     def ready(self, due_ns: int | None) -> ReadyPlan:
         """The plan, when its first point is due [ns]; none: the robot will not be there."""

@@ -4,23 +4,21 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hri_planner.adaptation.model_file import find_model
 from hri_planner.adaptation.online import OnlineAdaptation
-from hri_planner.nodes.motions import Failed
+from hri_planner.nodes.motions import Failed, MadePlan
 from hri_planner.nodes.ptomp_config import PtompNodeConfig
 from hri_planner.ptomp.budget import ADAPTATION_S, START_S, VirtualTimeBudget, replan_charge
 from hri_planner.ptomp.config import PtompConfig
 from hri_planner.ptomp.costs import TableBox
-from hri_planner.ptomp.plan import JointPlan
 from hri_planner.ptomp.planner import PlannerSnapshot, PtompPlanner
 from hri_planner.ptomp.result import ReplanResult
 from hri_planner.robot.model import RobotModel
-from hri_planner.ros.handover import Handover, Joint
+from hri_planner.ros.handover import Handover
 from hri_planner.ros.inputs import Inputs
 from hri_planner.ros.worker import Worker
 from hri_planner.supervision.decision import Goal, Interval, ReadyPlan
@@ -30,30 +28,8 @@ from hri_prediction.ros.time import NANO, seconds_to_ns
 FloatArray = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Cycle:
-    """What one replan was made from and for.
-
-    Attributes:
-        interval: When, and for which motion.
-        newest_sample_ns: Newest human sample that it used [ns].
-        joint: Where it meets the plan before.
-        before: The planner as it was, for when the plan is dropped.
-        result: The plan and how it came about.
-        compute_s: What it took [s].
-    """
-
-    interval: Interval
-    newest_sample_ns: int
-    joint: Joint | None
-    before: PlannerSnapshot
-    result: ReplanResult
-    compute_s: float
-
-    @property
-    def plan(self) -> JointPlan:
-        """The plan."""
-        return self.result.plan
+class Cycle(MadePlan[PlannerSnapshot, ReplanResult]):
+    """What one replan was made from and for."""
 
     def ready(self, due_ns: int | None) -> ReadyPlan:
         """The plan, when its first point is due [ns]; none: the robot will not be there."""

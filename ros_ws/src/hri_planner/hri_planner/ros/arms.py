@@ -5,19 +5,17 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import partial
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hri_planner.policy.partner import Partner
+from hri_planner.ros.bodies import BodyTopics
 from hri_planner.ros.inputs import RobotInputs
 from hri_planner.supervision.freshness import HeardPerson
-from hri_prediction.arm.body_id import valid_body_id
-from hri_prediction.errors import DataError
 from hri_prediction.ros.conversions import sample_from_message
-from hri_prediction.ros.messages import HumanArm, IdsList
+from hri_prediction.ros.messages import HumanArm
 from hri_prediction.ros.node import HriNode
 from hri_prediction.ros.qos import SENSOR
 from hri_prediction.ros.time import NANO
@@ -168,45 +166,16 @@ class ArmInputs(RobotInputs):
         return (self._arms[body_id] for body_id in self.tracked or () if body_id in self._arms)
 
 
-class Arms:
-    """Listens to the arm of every tracked body.
+class Arms(BodyTopics):
+    """Arms of tracked bodies, as motion capture says."""
 
-    Args:
-        node: Subscribes; faults are said by it.
-        inputs: Where samples go, once they have been checked.
-    """
+    what, message, qos = "arm", HumanArm, SENSOR
 
     def __init__(self, node: HriNode, inputs: ArmInputs) -> None:
-        self._node = node
+        super().__init__(node, inputs)
         self._inputs = inputs
-        self._topics: dict[str, str] = {}
 
-    def take(self, message: IdsList) -> None:
-        """Take who is tracked now; what is known of others is forgotten.
-
-        A body whose name no topic can have stays tracked without an arm, so that the robot stops.
-        """
-        for body_id in [known for known in self._topics if known not in message.ids]:
-            self._node.ignore(self._topics.pop(body_id))
-            self._inputs.forget_body(body_id)
-        for body_id in message.ids:
-            if body_id in self._topics:
-                continue
-            if not valid_body_id(body_id):
-                self._node.fault(
-                    "bodies", f"body {body_id!r} is tracked, and no topic has such a name"
-                )
-                continue
-            self._topics[body_id] = topic = f"humans/bodies/{body_id}/arm"
-            self._node.listen(HumanArm, topic, partial(self._on_arm, body_id), SENSOR)
-        self._inputs.tracked = tuple(message.ids)
-
-    def _on_arm(self, body_id: str, message: HumanArm) -> None:
-        try:
-            if message.body_id != body_id:
-                raise DataError(f"arm of {message.body_id!r} came on the topic of another body")
-            sample = sample_from_message(message)
-        except DataError as error:
-            self._node.fault("arm", str(error))
-            return
-        self._inputs.take(message.body_id, sample.stamp_ns, sample.keypoints)
+    def take_one(self, body_id: str, message: HumanArm) -> None:
+        """Take a sample."""
+        sample = sample_from_message(message)
+        self._inputs.take(body_id, sample.stamp_ns, sample.keypoints)

@@ -1,8 +1,13 @@
-"""The predictions of the bodies that are tracked: who they are, and what is heard of them."""
+"""What is heard of each body that is tracked."""
 
 from __future__ import annotations
 
-from hri_planner.ros.inputs import Inputs
+from abc import ABC, abstractmethod
+from typing import Any, ClassVar
+
+from rclpy.qos import QoSProfile
+
+from hri_planner.ros.inputs import Inputs, RobotInputs
 from hri_prediction.arm.body_id import valid_body_id
 from hri_prediction.errors import DataError
 from hri_prediction.ros.messages import HumanPrediction, IdsList
@@ -10,27 +15,39 @@ from hri_prediction.ros.node import HriNode
 from hri_prediction.ros.qos import reliable
 
 
-class Bodies:
-    """Listens to the prediction of every tracked body.
+class BodyTopics(ABC):
+    """Listens to one topic of every tracked body.
 
     Args:
         node: Subscribes; faults are said by it.
-        inputs: Where predictions go, once they have been checked.
+        inputs: Told who is tracked, and whom to forget.
     """
 
-    def __init__(self, node: HriNode, inputs: Inputs) -> None:
-        self._node = node
-        self._inputs = inputs
+    what: ClassVar[str]
+    """Last part of the topics' names, and kind of the faults."""
+    message: ClassVar[type]
+    qos: ClassVar[QoSProfile]
+
+    def __init__(self, node: HriNode, inputs: RobotInputs) -> None:
+        self._node, self._tracked = node, inputs
         self._topics: dict[str, str] = {}
+
+    @abstractmethod
+    def take_one(self, body_id: str, message: Any) -> None:
+        """Take a message of a body.
+
+        Raises:
+            DataError: when it cannot be used.
+        """
 
     def take(self, message: IdsList) -> None:
         """Take who is tracked now; what is known of others is forgotten.
 
-        A body whose name no topic can have stays tracked without a prediction, so that the robot stops.
+        A body whose name no topic can have stays tracked and unheard, so that the robot stops.
         """
         for body_id in [known for known in self._topics if known not in message.ids]:
             self._node.ignore(self._topics.pop(body_id))
-            self._inputs.forget_body(body_id)
+            self._tracked.forget_body(body_id)
         for body_id in message.ids:
             if body_id in self._topics:
                 continue
@@ -39,12 +56,33 @@ class Bodies:
                     "bodies", f"body {body_id!r} is tracked, and no topic has such a name"
                 )
                 continue
-            self._topics[body_id] = topic = f"humans/bodies/{body_id}/prediction"
-            self._node.listen(HumanPrediction, topic, self._on_prediction, reliable(1))
-        self._inputs.tracked = tuple(message.ids)
+            self._listen(body_id)
+        self._tracked.tracked = tuple(message.ids)
 
-    def _on_prediction(self, message: HumanPrediction) -> None:
-        try:
-            self._inputs.take_prediction(message)
-        except DataError as error:
-            self._node.fault("prediction", str(error))
+    def _listen(self, body_id: str) -> None:
+        def heard(message: Any) -> None:
+            try:
+                if message.body_id != body_id:
+                    raise DataError(
+                        f"{self.what} of {message.body_id!r} came on the topic of {body_id!r}"
+                    )
+                self.take_one(body_id, message)
+            except DataError as error:
+                self._node.fault(self.what, str(error))
+
+        self._topics[body_id] = topic = f"humans/bodies/{body_id}/{self.what}"
+        self._node.listen(self.message, topic, heard, self.qos)
+
+
+class Bodies(BodyTopics):
+    """Predictions of tracked bodies, which are checked before they are taken."""
+
+    what, message, qos = "prediction", HumanPrediction, reliable(1)
+
+    def __init__(self, node: HriNode, inputs: Inputs) -> None:
+        super().__init__(node, inputs)
+        self._inputs = inputs
+
+    def take_one(self, body_id: str, message: HumanPrediction) -> None:
+        """Take a prediction."""
+        self._inputs.take_prediction(message)

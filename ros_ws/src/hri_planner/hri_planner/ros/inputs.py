@@ -108,6 +108,10 @@ class RobotInputs(ABC):
     def newest_sample_ns(self) -> int:
         """Oldest among the newest samples of the tracked arms [ns]; 0 when nobody is tracked."""
 
+    @abstractmethod
+    def forget_body(self, body_id: str) -> None:
+        """Drop what is known of a body."""
+
     def forget(self) -> None:
         """Drop what the robot said, because its stamps mean nothing any more."""
         self.reference, self.reference_fault = None, ""

@@ -12,7 +12,22 @@ from hri_planner.nodes.policy_config import DEFAULT_POLICY
 from hri_planner.rnn.model_file import shipped_policies
 from hri_sim.launch.command import conduct
 from hri_sim.launch.moving_goals import SCENES
-from hri_sim.launch.ptomp import HUMANS, default_folder, one_of
+from hri_sim.launch.options import (
+    HUMANS,
+    Human,
+    HumanFile,
+    Parameters,
+    Picture,
+    Place,
+    ReachCount,
+    Record,
+    ScenarioFile,
+    Seed,
+    Trial,
+    Video,
+    default_folder,
+    one_of,
+)
 from hri_sim.launch.run import RunOptions
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
@@ -32,36 +47,20 @@ def launch(
             + "."
         ),
     ] = DEFAULT_POLICY,
-    human: Annotated[
-        str, typer.Option(help="Where the person comes from: simulated or replay.")
-    ] = "simulated",
-    human_file: Annotated[
-        Path | None, typer.Option(help="Recording to replay: mocap bag or track file.")
-    ] = None,
-    trial: Annotated[int | None, typer.Option(help="Trial of the recording, from 0.")] = None,
-    place: Annotated[
-        str | None,
-        typer.Option(
-            help="Where the recording is put: X,Y,Z,YAW in metres and degrees. "
-            "Default: seated across the table, facing the robot."
-        ),
-    ] = None,
-    scenario: Annotated[
-        Path | None, typer.Option(help="Scenario file (YAML). Default: drawn by the seed.")
-    ] = None,
-    reaches: Annotated[int | None, typer.Option(help="Reaches of a drawn scenario.")] = None,
-    parameters: Annotated[
-        Path | None, typer.Option(help="YAML file with parameters: 'node: {parameter: value}'.")
-    ] = None,
-    record: Annotated[
-        Path | None, typer.Option(help="Bag folder to create. Default: bag in --out.")
-    ] = None,
+    human: Human = "simulated",
+    human_file: HumanFile = None,
+    trial: Trial = None,
+    place: Place = None,
+    scenario: ScenarioFile = None,
+    reaches: ReachCount = None,
+    parameters: Parameters = None,
+    record: Record = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder of the run. Default: runs/rnn_<time>.")
     ] = None,
-    seed: Annotated[int, typer.Option(help="Seed of everything random.", min=0)] = 0,
-    picture: Annotated[bool, typer.Option(help="Draw picture.png at the end.")] = True,
-    video: Annotated[bool, typer.Option(help="Render video.mp4 after the run.")] = False,
+    seed: Seed = 0,
+    picture: Picture = True,
+    video: Video = False,
 ) -> None:
     """Launch the graph: simulator, person, policy, recorder, each its own process.
 

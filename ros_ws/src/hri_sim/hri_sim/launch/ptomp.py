@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
-import time
 from pathlib import Path
 from typing import Annotated
 
@@ -11,35 +9,32 @@ import typer
 from rich.console import Console
 
 from hri_planner.ptomp.variants import live_names, variants
-from hri_prediction.errors import ConfigError
 from hri_sim.benchmark.adapted import ADAPTED
 from hri_sim.launch.command import conduct
+from hri_sim.launch.options import (
+    HUMANS,
+    Human,
+    HumanFile,
+    Parameters,
+    Picture,
+    Place,
+    ReachCount,
+    Record,
+    ScenarioFile,
+    Seed,
+    Trial,
+    Video,
+    default_folder,
+    one_of,
+)
 from hri_sim.launch.run import RunOptions
 
 PLANNERS = live_names()
 PEERS = ("ptomp", "itomp", "stomp")
 """Those that the help says more of than their names."""
 OTHERS = tuple(name for name in PLANNERS if name not in PEERS)
-HUMANS = ("simulated", "replay")
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
-
-
-def default_folder(kind: str) -> Path:
-    """``runs/<kind>_<time>`` below the present folder."""
-    return Path("runs") / f"{kind}_{time.strftime('%Y-%m-%d_%H-%M-%S')}"
-
-
-def one_of(name: str, value: str, allowed: tuple[str, ...], hint: str = "") -> str:
-    """The value, or a clear error that lists those that are meant, or all allowed ones."""
-    if value not in allowed:
-        near = difflib.get_close_matches(value, allowed, 3)
-        raise ConfigError(
-            f"--{name} {value}",
-            expected="one like " + ", ".join(near) if near else "one of " + ", ".join(allowed),
-            hint=hint or f"give --{name} {allowed[0]}, or leave it out",
-        )
-    return value
 
 
 def _elsewhere(planner: str) -> str:
@@ -61,28 +56,12 @@ def launch(
             "another of " + ", ".join(OTHERS) + "."
         ),
     ] = "ptomp",
-    human: Annotated[
-        str,
-        typer.Option(
-            help="Where the person comes from: simulated or replay. Live motion capture is for "
-            "nodes that are started by hand (mocap_live)."
-        ),
-    ] = "simulated",
-    human_file: Annotated[
-        Path | None, typer.Option(help="Recording to replay: mocap bag or track file.")
-    ] = None,
-    trial: Annotated[int | None, typer.Option(help="Trial of the recording, from 0.")] = None,
-    place: Annotated[
-        str | None,
-        typer.Option(
-            help="Where the recording is put: X,Y,Z,YAW in metres and degrees. "
-            "Default: seated across the table, facing the robot."
-        ),
-    ] = None,
-    scenario: Annotated[
-        Path | None, typer.Option(help="Scenario file (YAML). Default: drawn by the seed.")
-    ] = None,
-    reaches: Annotated[int | None, typer.Option(help="Reaches of a drawn scenario.")] = None,
+    human: Human = "simulated",
+    human_file: HumanFile = None,
+    trial: Trial = None,
+    place: Place = None,
+    scenario: ScenarioFile = None,
+    reaches: ReachCount = None,
     library: Annotated[
         Path | None,
         typer.Option(
@@ -90,18 +69,14 @@ def launch(
             "scenario; with --human replay, or for itomp: none (constant velocity)."
         ),
     ] = None,
-    parameters: Annotated[
-        Path | None, typer.Option(help="YAML file with parameters: 'node: {parameter: value}'.")
-    ] = None,
-    record: Annotated[
-        Path | None, typer.Option(help="Bag folder to create. Default: bag in --out.")
-    ] = None,
+    parameters: Parameters = None,
+    record: Record = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder of the run. Default: runs/ptomp_<time>.")
     ] = None,
-    seed: Annotated[int, typer.Option(help="Seed of everything random.", min=0)] = 0,
-    picture: Annotated[bool, typer.Option(help="Draw picture.png at the end.")] = True,
-    video: Annotated[bool, typer.Option(help="Render video.mp4 after the run.")] = False,
+    seed: Seed = 0,
+    picture: Picture = True,
+    video: Video = False,
 ) -> None:
     """Launch the graph: simulator, person, predictor, ptomp, recorder, each its own process.
 
