@@ -172,7 +172,28 @@ def test_what_was_seen_long_ago_is_kept_farther_away_from() -> None:
         for age in (0.0, 0.05, 0.1)
     ]  # fmt: skip
     assert asked[0] >= asked[1] >= asked[2]
-    assert asked[0] == 5.0 > asked[2]
+    assert asked[0] > asked[2]
+
+
+def test_brakes_are_not_put_on_at_the_last_moment() -> None:
+    """A hand that goes straight for somebody slows down in proportion, where a late filter jerks."""
+
+    def jerk(config: SeparationConfig) -> tuple[float, float]:
+        x, v, told = ORIGIN, np.array((0.8, 0.0, 0.0)), []
+        standing = place((0.6, 0.0, 0.0))
+        for _ in range(500):
+            a = keep_separation(np.zeros(3), x, v, standing, DT, config).acceleration
+            x, v = x + v * DT + 0.5 * a * DT**2, v + a * DT
+            told.append(a[0])
+        assert x[0] <= 0.5 + 1e-9
+        return float(np.abs(np.diff(told)).max()), 0.5 - float(x[0])
+
+    late, left_late = jerk(SeparationConfig(approach=1e6))
+    soft, left_soft = jerk(CONFIG)
+    assert soft < 0.3 * late
+    # It comes as near, in the end.
+    assert left_late < 0.01
+    assert left_soft < 0.03
 
 
 def test_many_hands_are_kept_as_each_alone() -> None:

@@ -34,6 +34,10 @@ class PolicyConfig:
         4.0, "Acceleration that the partner's hand is taken to be capable of", unit="m/s^2", low=0.0,
         high=50.0,
     )  # fmt: skip
+    approach: float = parameter(
+        8.0, "Share of the room to brake in that may be used up a second: smaller brakes more gently",
+        unit="1/s", low=0.1,
+    )  # fmt: skip
     feedback: float = parameter(
         10.0, "Share of the tool's position error that is made up a second", unit="1/s", low=0.0
     )
@@ -60,12 +64,14 @@ class PolicyConfig:
     def __post_init__(self) -> None:
         """Check the values."""
         validate(self)
-        SeparationConfig(self.separation, self.hand_acceleration, self.partner_acceleration)
+        _ = self.separation_filter  # has a check of its own
 
     @property
     def separation_filter(self) -> SeparationConfig:
         """Of the filter."""
-        return SeparationConfig(self.separation, self.hand_acceleration, self.partner_acceleration)
+        return SeparationConfig(
+            self.separation, self.hand_acceleration, self.partner_acceleration, self.approach
+        )
 
     @property
     def inverse_kinematics(self) -> ToolVelocityConfig:

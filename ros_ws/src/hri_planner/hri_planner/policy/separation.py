@@ -65,6 +65,13 @@ class SeparationConfig:
     partner_acceleration: float = parameter(
         4.0, "acceleration that the partner's hand is taken to be capable of", unit="m/s^2", low=0.0
     )
+    approach: float = parameter(
+        8.0,
+        "share of h that may be used up a second: smaller brakes sooner and more gently; very large: "
+        "as late as possible, with all that there is",
+        unit="1/s",
+        low=0.1,
+    )
 
     def __post_init__(self) -> None:
         """Check the values."""
@@ -150,6 +157,7 @@ def keep_separation(
         config.separation,
         config.hand_acceleration,
         config.partner_acceleration,
+        config.approach,
         -math.inf if floor is None else floor,
     )
     return Filtered(acceleration, bool(changed))
@@ -190,6 +198,7 @@ def keep_separations(
         config.separation,
         config.hand_acceleration,
         config.partner_acceleration,
+        config.approach,
         kept,
         changed,
     )
@@ -207,6 +216,7 @@ def _keep_separations(
     separation: float,
     most: float,
     theirs: float,
+    approach: float,
     kept: Any,
     changed: Any,
 ) -> None:
@@ -224,6 +234,7 @@ def _keep_separations(
             separation,
             most,
             theirs,
+            approach,
             -np.inf,
         )
 
@@ -240,6 +251,7 @@ def _keep_separation(
     separation: float,
     most: float,
     theirs: float,
+    approach: float,
     floor: float,
 ) -> Any:
     """Acceleration (3,), and whether it is another one than the wanted."""
@@ -253,17 +265,22 @@ def _keep_separation(
         distance = math.sqrt(squares)
         if distance < 1e-9:
             continue  # no direction leads away more than others
-        closing = theirs * ages[index]
+        closing = 0.0
         for k in range(3):
             outward[index, k] /= distance
             closing -= outward[index, k] * (velocity[k] - speeds[index, k])
-        room = distance - separation - 0.5 * theirs * ages[index] ** 2
-        least[index] = _least_outward(room, closing, dt, most - theirs, theirs)
+        # Braking is gentle by what was seen, and in time for the worst that may have come since.
+        room = distance - separation
+        gentle = _gentle(room, closing, most - theirs, theirs, approach)
+        room -= 0.5 * theirs * ages[index] ** 2
+        closing += theirs * ages[index]
+        least[index] = max(gentle, _least_outward(room, closing, dt, most - theirs, theirs))
     # What is below rests: all of the acceleration is there to stop before it.
     outward[count, 2] = 1.0
     if floor > -np.inf:
         room = max(position[2] - floor, -separation)
-        least[count] = _least_outward(room, -velocity[2], dt, most, 0.0)
+        gentle = _gentle(room, -velocity[2], most, 0.0, approach)
+        least[count] = max(gentle, _least_outward(room, -velocity[2], dt, most, 0.0))
     length = math.sqrt(wanted[0] ** 2 + wanted[1] ** 2 + wanted[2] ** 2)
     limited = wanted * (most / length) if length > most else wanted.copy()
     found = _nearest_allowed(limited, outward, np.minimum(least, most), most, count)
@@ -289,6 +306,19 @@ def _least_outward(room: float, closing: float, dt: float, relative: float, thei
         # c' <= 0 counts for nothing but the way: r - (c + c') dt / 2 >= 0.
         allowed = min(2.0 * room / dt - closing, 0.0)
     return theirs + (closing - allowed) / dt
+
+
+@njit
+def _gentle(room: float, closing: float, relative: float, theirs: float, approach: float) -> float:
+    """Smallest acceleration along n with which h falls no quicker than in proportion to itself.
+
+    The other bound alone brakes at the last moment, with all there is. Here dh/dt >= -γ h (exponential
+    barrier, Ames et al. 2019), where dh/dt = -c - c c' / b and c' = a_p - u.
+    """
+    if closing <= 0.0:
+        return -np.inf
+    margin = room - closing**2 / (2.0 * relative)
+    return theirs + relative * (1.0 - approach * margin / closing)
 
 
 @njit
