@@ -19,7 +19,7 @@ from hri_sim.launch.policy import app
 Launch = Callable[..., Launched]
 
 
-@pytest.mark.parametrize("scene", ["sequence", "handover"])
+@pytest.mark.parametrize("scene", ["sequence", "switch", "handover"])
 def test_a_policy_moves_the_robot(launch: Launch, scene: str) -> None:
     run = launch("--scene", scene, "--reaches", "1", "--seed", "3", script="launch_rnn.py")
     assert run.end(120.0) == 0, run.text
@@ -33,14 +33,14 @@ def test_a_policy_moves_the_robot(launch: Launch, scene: str) -> None:
     assert (run.out / "picture.png").stat().st_size > 10_000
     reader = BagReader(run.out / "bag")
     assert {"/policy/status", "/joint_states", "/sim/state"} <= set(reader.topics)
-    assert ("/policy/goal" in reader.topics) == (scene == "handover")
+    assert ("/policy/goal" in reader.topics) == (scene != "sequence")
     for message in reader.messages({"/diagnostics"}):
         for status in message.decode().status:
             figures = {value.key: value.value for value in status.values}
             assert figures.get("compiled_late", "") == "", f"{status.name} waited for a compiler"
     record = earlier_run(run.out)
     assert record.goals is not None
-    assert (len(record.goals) > 1) == (scene == "handover")
+    assert (len(record.goals) > 1) == (scene != "sequence")
     assert np.isfinite(record.q).all()
 
 

@@ -23,7 +23,7 @@ SCENES = {
 SWITCH_AFTER_S = 0.5
 """From the begin of a motion to the change of its goal [s]."""
 
-HANDOVER_M = 0.20
+HANDOVER_M = 0.24
 """Distance of the tool's goal from the person's hand tip, towards the robot [m]."""
 
 HELD_OUT_M = ((0.50, 0.62), (-0.20, 0.20), (0.15, 0.30))
