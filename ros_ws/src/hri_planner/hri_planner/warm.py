@@ -7,7 +7,8 @@ from itertools import product
 import numpy as np
 
 from hri_planner.policy.partner import Partner
-from hri_planner.policy.separation import SeparationConfig, keep_separation
+from hri_planner.policy.separation import SeparationConfig
+from hri_planner.policy.stretch import Limits, stretch
 from hri_planner.policy.tool_velocity import ToolVelocity, ToolVelocityConfig
 from hri_planner.ptomp import HumanForecast, PtompConfig, PtompPlanner, TableBox
 from hri_planner.ptomp.costs import CostModel
@@ -38,9 +39,9 @@ def warm_kernels() -> None:
     axes = np.stack((arm[:-1], arm[1:]), axis=1)
     capsule_distances(robot.robot_capsules(start), robot.capsule_radii, axes, radii)
     inverse = ToolVelocity(robot, ToolVelocityConfig())
-    inverse.joint_speeds(start, np.zeros(7), goal, np.zeros(3), 0.004)
+    inverse.tool_motion(start, np.zeros(7))
     partner = Partner(arm[-1], np.zeros(3), joints=arm, speeds=np.zeros((4, 3)))
     partner.distance(goal)
-    keep_separation(
-        np.ones(3), goal, np.zeros(3), partner.places(goal), 0.004, SeparationConfig(), floor=0.0
-    )
+    limits = Limits(SeparationConfig(), 0.0)
+    still = np.zeros(3)
+    stretch(goal, still, still, start, np.zeros(7), [partner], 1, 0.004, limits, inverse)

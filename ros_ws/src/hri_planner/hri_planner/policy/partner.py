@@ -60,7 +60,7 @@ class Partner:
         if self.joints is None or self.speeds is None:
             place, speed = self.position[None], self.velocity[None]
         else:
-            place, speed = _places(self.joints, self.speeds, point)
+            place, speed = places_of(self.joints, self.speeds, point)
         return Places(place, speed, np.full(len(place), max(self.age, 0.0)))
 
     def nearest(self, point: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -79,7 +79,7 @@ class Partner:
 
 
 @njit
-def _places(joints: Any, speeds: Any, point: Any) -> tuple[Any, Any]:
+def places_of(joints: Any, speeds: Any, point: Any) -> tuple[Any, Any]:
     """Joints (n), and where limbs (n - 1) are next to a point, with their velocities."""
     count = len(joints)
     place, speed = np.empty((2 * count - 1, 3)), np.empty((2 * count - 1, 3))

@@ -9,7 +9,7 @@ planned for it.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from hri_planner.policy.config import PolicyConfig
 from hri_planner.policy.partner import Partner
 from hri_planner.policy.rest import coming_to_rest
 from hri_planner.policy.runner import HandState, PolicyRunner
+from hri_planner.policy.stretch import Limits, Moved, stretch
 from hri_planner.policy.tool_velocity import ToolVelocity
 from hri_planner.ptomp.plan import JointPlan
 from hri_planner.rnn.model import PolicyModel
@@ -32,8 +33,6 @@ CONTROL_PERIOD_S = 0.004
 
 _SAME = 1e-6
 """Times [s] and angles [rad] that differ by less are one."""
-_STRAYED_M = 0.005
-"""A hand that the joints cannot follow within this is put back to where the tool is [m]."""
 _RESTS_AWAY_S = 0.4
 """A hand that rests away from its goal for so long, though nothing holds it, begins anew [s]."""
 
@@ -105,6 +104,7 @@ class PolicyPlanner:
         """Go over to another policy; a reach that is under way is forgotten."""
         separation = self.config.separation_filter if self.config.filter else None
         self._runner = PolicyRunner(model, separation, CONTROL_PERIOD_S, self.floor)
+        self._clear_of = Limits(separation, self.floor)
         self.plan: JointPlan | None = None
         self._hands: tuple[HandState, ...] = ()
         self._trail: tuple[HandState, ...] = ()
@@ -206,28 +206,31 @@ class PolicyPlanner:
         first, q, qd = self._at(handover_s)
         first = self._awake(first, handover_s)
         count = max(round(horizon_s / CONTROL_PERIOD_S), 1)
-        hands, angles, speeds = [first], [q], [qd]
-        strayed, nearest = False, np.inf
-        for step in range(count):
-            later = [partner.later(step * CONTROL_PERIOD_S) for partner in partners]
-            nearest = min([nearest, *(partner.distance(hands[-1].position) for partner in later)])
-            hand = self._runner.step(hands[-1], self._goal, later)
-            ahead = q + qd * CONTROL_PERIOD_S
-            new = self._inverse.joint_speeds(
-                ahead, qd, hand.position, hand.velocity, CONTROL_PERIOD_S
+        hands: list[HandState] = [first]
+        parts: list[Moved] = []
+        while len(hands) <= count:
+            hand, done_s = hands[-1], (len(hands) - 1) * CONTROL_PERIOD_S
+            known = [partner.later(done_s) for partner in partners]
+            wanted, memory = self._runner.asked(hand, self._goal, known)
+            moved = stretch(
+                hand.position,
+                hand.velocity,
+                wanted,
+                parts[-1].q[-1] if parts else q,
+                parts[-1].qd[-1] if parts else qd,
+                known,
+                min(self._runner.until_asked(hand), count + 1 - len(hands)),
+                CONTROL_PERIOD_S,
+                self._clear_of,
+                self._inverse,
             )
-            q = np.clip(q + 0.5 * CONTROL_PERIOD_S * (qd + new), self.robot.lower, self.robot.upper)
-            qd = new
-            tool, velocity = self._inverse.tool_motion(q, qd)
-            if float(np.linalg.norm(tool - hand.position)) > _STRAYED_M:
-                strayed = True
-                hand = replace(hand, position=tool, velocity=velocity)
-            hands.append(hand)
-            angles.append(q)
-            speeds.append(qd)
+            parts.append(moved)
+            hands += self._runner.after(hand, moved, wanted, memory)
+        angles = np.concatenate((q[None], *(part.q for part in parts)))
+        speeds = np.concatenate((qd[None], *(part.qd for part in parts)))
         if not (np.isfinite(angles).all() and np.isfinite(speeds).all()):
             raise PlanningError("the policy asks for what is not finite", hint="load another one")
-        self.plan = self._ending_at_rest(handover_s, np.array(angles), np.array(speeds))
+        self.plan = self._ending_at_rest(handover_s, angles, speeds)
         self._hands = self._trail = tuple(hands)
         away = float(np.linalg.norm(first.position - self._goal))
         speed = float(np.linalg.norm(first.velocity))
@@ -235,7 +238,7 @@ class PolicyPlanner:
         filtered, reason = any(hand.filtered for hand in hands), ""
         if filtered:
             reason = "kept at a distance from the partner or the table"
-        elif strayed:
+        elif any(part.strayed.any() for part in parts):
             reason = "the joints are at their limits"
         return Cycle(
             plan=self.plan,
@@ -244,7 +247,7 @@ class PolicyPlanner:
             goal=self._goal.copy(),
             hand=first,
             filtered=filtered,
-            nearest=nearest,
+            nearest=min(part.nearest for part in parts),
         )
 
     def _awake(self, hand: HandState, time_s: float) -> HandState:

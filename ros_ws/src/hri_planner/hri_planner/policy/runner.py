@@ -23,6 +23,7 @@ from hri_planner.policy.separation import (
     keep_separation,
     together,
 )
+from hri_planner.policy.stretch import Moved
 from hri_planner.rnn.model import PolicyModel
 from hri_prediction.errors import DataError
 
@@ -125,18 +126,7 @@ class PolicyRunner:
         Raises:
             DataError: when goal or a partner is not finite.
         """
-        if not np.isfinite(goal).all():
-            raise DataError(f"goal {goal}", expected="three finite coordinates in m")
-        for partner in partners:
-            partner.check()
-        wanted, memory = now.wanted, now.memory
-        if now.count == 0:
-            # Where all will be half a step later, as the control point is.
-            half_s = 0.5 * self.model.dt
-            ahead = now.position + now.velocity * half_s
-            others = [partner.position + partner.velocity * half_s for partner in partners]
-            other = min(others, key=lambda p: float(np.sum((p - ahead) ** 2)), default=FAR_M)
-            wanted, memory = self.model.accelerate(ahead, goal, other, memory)
+        wanted, memory = self.asked(now, goal, partners)
         acceleration, filtered = self._kept(now, wanted, partners)
         h = self.period
         return HandState(
@@ -148,6 +138,48 @@ class PolicyRunner:
             wanted=wanted,
             count=(now.count + 1) % self._per_step,
         )
+
+    def asked(
+        self, now: HandState, goal: FloatArray, partners: Sequence[Partner]
+    ) -> tuple[FloatArray, FloatArray]:
+        """What the network wants of a hand (3,) [m/s²], and its memory; it is asked when that is due.
+
+        Raises:
+            DataError: when goal or a partner is not finite.
+        """
+        if not np.isfinite(goal).all():
+            raise DataError(f"goal {goal}", expected="three finite coordinates in m")
+        for partner in partners:
+            partner.check()
+        if now.count:
+            return now.wanted, now.memory
+        # Where all will be half a step later, as the control point is.
+        half_s = 0.5 * self.model.dt
+        ahead = now.position + now.velocity * half_s
+        others = [partner.position + partner.velocity * half_s for partner in partners]
+        other = min(others, key=lambda p: float(np.sum((p - ahead) ** 2)), default=FAR_M)
+        return self.model.accelerate(ahead, goal, other, now.memory)
+
+    def after(
+        self, hand: HandState, moved: Moved, wanted: FloatArray, memory: FloatArray
+    ) -> list[HandState]:
+        """The hand after each of some steps, during which the network was asked at most at the first."""
+        return [
+            HandState(
+                position=moved.position[index],
+                velocity=moved.velocity[index],
+                acceleration=moved.acceleration[index],
+                filtered=bool(moved.filtered[index]),
+                memory=memory,
+                wanted=wanted,
+                count=(hand.count + index + 1) % self._per_step,
+            )
+            for index in range(len(moved.filtered))
+        ]
+
+    def until_asked(self, now: HandState) -> int:
+        """Control steps until the network is asked after this time."""
+        return self._per_step - now.count
 
     def _kept(
         self, now: HandState, wanted: FloatArray, partners: Sequence[Partner]

@@ -146,7 +146,7 @@ def keep_separation(
         config: Parameters.
         floor: Height that the hand stays above [m]; none: any. People come before it.
     """
-    acceleration, changed = _keep_separation(
+    acceleration, changed = kept_apart(
         wanted,
         position,
         velocity,
@@ -223,7 +223,7 @@ def _keep_separations(
     seen_now = np.zeros(1)
     for row in range(len(wanted)):
         one = slice(row, row + 1)
-        kept[row], changed[row] = _keep_separation(
+        kept[row], changed[row] = kept_apart(
             wanted[row],
             position[row],
             velocity[row],
@@ -240,7 +240,7 @@ def _keep_separations(
 
 
 @njit
-def _keep_separation(
+def kept_apart(
     wanted: Any,
     position: Any,
     velocity: Any,

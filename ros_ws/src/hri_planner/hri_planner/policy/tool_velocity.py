@@ -65,7 +65,6 @@ class ToolVelocity:
     def __init__(self, robot: RobotModel, config: ToolVelocityConfig) -> None:
         self._robot, self.config = robot, config
         self._fastest = config.speed_share * robot.velocity
-        self._middle = 0.5 * (robot.lower + robot.upper)
         self._tool, self._jacobian = np.empty(3), np.empty((3, 7))
 
     def tool(self, q: FloatArray) -> FloatArray:
@@ -99,37 +98,65 @@ class ToolVelocity:
             Shape (7,) [rad/s]; within the limits of speed and acceleration, and such that braking keeps
             within the joint limits.
         """
-        tool_jacobian(q, self._robot.lengths, self._tool, self._jacobian)
-        wanted = velocity + self.config.feedback * (position - self._tool)
-        low, high = self._window(q, qd, dt)
-        # No faster than the tool: a robot at rest stays at rest.
-        aside = self.config.centring * float(np.linalg.norm(velocity)) * (self._middle - q)
-        found: FloatArray = _saturated(
-            self._jacobian,
-            wanted,
-            aside,
-            low,
-            high,
-            self._fastest,
-            self.config.damping,
-            self.config.near_singular,
-        )
+        found: FloatArray = joint_speeds(q, qd, position, velocity, dt, *self.constants)
         return found
 
-    def _window(self, q: FloatArray, qd: FloatArray, dt: float) -> tuple[FloatArray, FloatArray]:
-        """Smallest and largest joint speeds (7,), (7,) [rad/s]."""
-        most = self.config.joint_acceleration
-
-        def braking(room: FloatArray) -> FloatArray:
-            # v dt + v² / (2 a) = room: from there on the joint comes to rest in front of its limit.
-            found: FloatArray = np.sqrt((most * dt) ** 2 + 2.0 * most * np.maximum(room, 0.0))
-            return np.minimum(found - most * dt, self._fastest)
-
-        low, high = -braking(q - self._robot.lower), braking(self._robot.upper - q)
-        # A joint that is too quick already brakes as it can.
-        return np.maximum(low, np.minimum(qd - most * dt, high)), np.minimum(
-            high, np.maximum(qd + most * dt, low)
+    @property
+    def constants(self) -> tuple[Any, ...]:
+        """What :func:`joint_speeds` wants to know of robot and configuration."""
+        robot, config = self._robot, self.config
+        return (
+            robot.lengths,
+            robot.lower,
+            robot.upper,
+            self._fastest,
+            config.feedback,
+            config.centring,
+            config.joint_acceleration,
+            config.damping,
+            config.near_singular,
         )
+
+
+@njit
+def joint_speeds(
+    q: Any,
+    qd: Any,
+    position: Any,
+    velocity: Any,
+    dt: float,
+    lengths: Any,
+    lower: Any,
+    upper: Any,
+    fastest: Any,
+    feedback: float,
+    centring: float,
+    most: float,
+    damping: float,
+    near: float,
+) -> Any:
+    """Of :meth:`ToolVelocity.joint_speeds` (7,) [rad/s]."""
+    tool, jacobian = np.empty(3), np.empty((3, 7))
+    tool_jacobian(q, lengths, tool, jacobian)
+    wanted = velocity + feedback * (position - tool)
+    low, high, aside = np.empty(7), np.empty(7), np.empty(7)
+    speed = np.sqrt(np.sum(velocity**2))
+    for joint in range(7):
+        up = _braking(upper[joint] - q[joint], most, dt, fastest[joint])
+        down = -_braking(q[joint] - lower[joint], most, dt, fastest[joint])
+        # A joint that is too quick already brakes as it can.
+        low[joint] = max(down, min(qd[joint] - most * dt, up))
+        high[joint] = min(up, max(qd[joint] + most * dt, down))
+        # No faster than the tool: a robot at rest stays at rest.
+        aside[joint] = centring * speed * (0.5 * (lower[joint] + upper[joint]) - q[joint])
+    return _saturated(jacobian, wanted, aside, low, high, fastest, damping, near)
+
+
+@njit
+def _braking(room: float, most: float, dt: float, fastest: float) -> float:
+    """Largest speed from which a joint comes to rest in front of its limit: v dt + v² / (2 a) = room."""
+    found = np.sqrt((most * dt) ** 2 + 2.0 * most * max(room, 0.0)) - most * dt
+    return min(found, fastest)
 
 
 @njit

@@ -1,0 +1,191 @@
+"""Control steps of hand and arm while the network holds an acceleration, in one compiled piece.
+
+Each step is filtered (:mod:`hri_planner.policy.separation`), integrated as by
+:class:`hri_planner.policy.runner.PolicyRunner`, and followed by the joints
+(:mod:`hri_planner.policy.tool_velocity`). Compiled code leaves the interpreter to the node's callbacks.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hri_planner.policy.partner import Partner, places_of
+from hri_planner.policy.separation import SeparationConfig, kept_apart
+from hri_planner.policy.tool_velocity import ToolVelocity, joint_speeds
+from hri_planner.robot.kinematics import tool_jacobian
+from hri_prediction.compiled import njit
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+STRAYED_M = 0.005
+"""A hand that the joints cannot follow within this is put back to where the tool is [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Moved:
+    """After each of n steps.
+
+    Attributes:
+        position: Of the hand (n, 3) [m].
+        velocity: Of the hand (n, 3) [m/s].
+        acceleration: Held until then (n, 3) [m/s²].
+        filtered: Whether a filter had changed it (n,).
+        strayed: Whether the joints could not follow (n,).
+        q: Joint angles (n, 7) [rad].
+        qd: Joint speeds (n, 7) [rad/s].
+        nearest: Smallest distance from the axes of partners' limbs before a step [m]; infinite without
+            partners.
+    """
+
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    filtered: BoolArray
+    strayed: BoolArray
+    q: FloatArray
+    qd: FloatArray
+    nearest: float
+
+
+@dataclass(frozen=True, eq=False)
+class Limits:
+    """What a hand keeps clear of.
+
+    Attributes:
+        separation: Parameters of the filter; none: people are not kept clear of.
+        floor: Height that the hand stays above [m]; none: any.
+    """
+
+    separation: SeparationConfig | None
+    floor: float | None
+
+
+def stretch(
+    position: FloatArray,
+    velocity: FloatArray,
+    wanted: FloatArray,
+    q: FloatArray,
+    qd: FloatArray,
+    partners: Sequence[Partner],
+    steps: int,
+    dt: float,
+    limits: Limits,
+    inverse: ToolVelocity,
+) -> Moved:
+    """Some control steps on.
+
+    Args:
+        position: Of the hand (3,) [m], base frame.
+        velocity: Of the hand (3,) [m/s].
+        wanted: Acceleration that is held (3,) [m/s²].
+        q: Joint angles (7,) [rad].
+        qd: Joint speeds (7,) [rad/s].
+        partners: What is known of others at the first step.
+        steps: How many.
+        dt: Control period [s].
+        limits: What is kept clear of.
+        inverse: Joint speeds of the robot.
+    """
+    joints, speeds, ages = _stacked(partners)
+    config = limits.separation or SeparationConfig()
+    found = Moved(
+        np.empty((steps, 3)),
+        np.empty((steps, 3)),
+        np.empty((steps, 3)),
+        np.zeros(steps, dtype=np.bool_),
+        np.zeros(steps, dtype=np.bool_),
+        np.empty((steps, 7)),
+        np.empty((steps, 7)),
+        np.inf,
+    )
+    nearest = _stretch(
+        (position, velocity, wanted, q, qd),
+        joints,
+        speeds,
+        ages,
+        dt,
+        limits.separation is not None,
+        (
+            config.separation,
+            config.hand_acceleration,
+            config.partner_acceleration,
+            config.approach,
+            -math.inf if limits.floor is None else limits.floor,
+        ),
+        inverse.constants,
+        (found.position, found.velocity, found.acceleration, found.q, found.qd),
+        found.filtered,
+        found.strayed,
+    )
+    return replace(found, nearest=nearest)
+
+
+def _stacked(partners: Sequence[Partner]) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Joints (p, n, 3), their velocities (p, n, 3) and ages (p,); shorter arms end in several hands."""
+    most = max((1 if p.joints is None else len(p.joints) for p in partners), default=1)
+    joints, speeds = np.empty((len(partners), most, 3)), np.empty((len(partners), most, 3))
+    for index, partner in enumerate(partners):
+        joints[index], speeds[index] = partner.position, partner.velocity
+        if partner.joints is not None and partner.speeds is not None:
+            joints[index, : len(partner.joints)] = partner.joints
+            speeds[index, : len(partner.joints)] = partner.speeds
+    return joints, speeds, np.array([partner.age for partner in partners])
+
+
+@njit
+def _stretch(
+    state: Any,
+    joints: Any,
+    speeds: Any,
+    ages: Any,
+    dt: float,
+    apart: bool,
+    limits: Any,
+    inverse: Any,
+    found: Any,
+    filtered: Any,
+    strayed: Any,
+) -> float:
+    """Fill what is found; the smallest distance from partners."""
+    people, count = joints.shape[0], 2 * joints.shape[1] - 1
+    places, moving = np.empty((people * count, 3)), np.empty((people * count, 3))
+    old = np.empty(people * count)
+    tool, jacobian = np.empty(3), np.empty((3, 7))
+    lengths, lower, upper = inverse[0], inverse[1], inverse[2]
+    position, velocity, wanted = state[0].copy(), state[1].copy(), state[2]
+    q, qd = state[3].copy(), state[4].copy()
+    nearest = np.inf
+    kept = people * count if apart else 0
+    for step in range(len(filtered)):
+        for person in range(people):
+            own = slice(person * count, (person + 1) * count)
+            now = joints[person] + step * dt * speeds[person]
+            places[own], moving[own] = places_of(now, speeds[person], position)
+            old[own] = max(ages[person] + step * dt, 0.0)
+        for index in range(people * count):
+            nearest = min(nearest, math.sqrt(np.sum((places[index] - position) ** 2)))
+        acceleration = wanted
+        if apart or limits[4] > -np.inf:
+            acceleration, filtered[step] = kept_apart(
+                wanted, position, velocity, places[:kept], moving[:kept], old[:kept], dt,
+                limits[0], limits[1], limits[2], limits[3], limits[4],
+            )  # fmt: skip
+        position = position + velocity * dt + acceleration * (0.5 * dt * dt)
+        velocity = velocity + acceleration * dt
+        new = joint_speeds(q + qd * dt, qd, position, velocity, dt, *inverse)
+        q = np.minimum(np.maximum(q + 0.5 * dt * (qd + new), lower), upper)
+        qd = new
+        tool_jacobian(q, lengths, tool, jacobian)
+        if math.sqrt(np.sum((tool - position) ** 2)) > STRAYED_M:
+            strayed[step] = True
+            position, velocity = tool.copy(), jacobian @ qd
+        found[0][step], found[1][step], found[2][step] = position, velocity, acceleration
+        found[3][step], found[4][step] = q, qd
+    return nearest
