@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from hri_planner.policy.partner import Partner
 from hri_planner.robot.ik import solve_ik
 from hri_planner.robot.model import load_robot
-from hri_sim.launch.moving_goals import HANDOVER_M, SCENES, SWITCH_AFTER_S, draw_scene
+from hri_sim.launch.moving_goals import CLEAR_M, HANDOVER_M, SCENES, SWITCH_AFTER_S, draw_scene
 
 
 @pytest.mark.parametrize("name", sorted(SCENES))
@@ -24,6 +25,20 @@ def test_goals_are_switched_in_mid_flight_to_places_within_reach() -> None:
         assert later is not None
         assert np.linalg.norm(later - scene.scenario.targets[reach.robot_target]) > 0.1
         solve_ik(robot, later, np.zeros(7), np.random.default_rng(0))
+
+
+@pytest.mark.parametrize("seed", [3, 7, 11, 12])
+def test_goals_are_not_switched_to_where_the_person_s_arm_comes_to_rest(seed: int) -> None:
+    scene = draw_scene("switch", seed, 3)
+    assert scene.leader is not None
+    for index, reach in enumerate(scene.scenario.reaches):
+        later = scene.leader(index, SWITCH_AFTER_S, None)
+        person = scene.scenario.person_of(index)
+        assert later is not None
+        assert reach.person_target is not None
+        arm = person.arm.posture(scene.scenario.targets[reach.person_target], person.swivel)
+        resting = Partner(arm[3], np.zeros(3), joints=arm, speeds=0.0 * arm)
+        assert resting.distance(later) >= CLEAR_M
 
 
 @pytest.mark.parametrize("seed", range(4))

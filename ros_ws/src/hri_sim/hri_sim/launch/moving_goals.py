@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hri_planner.policy.partner import Partner
 from hri_prediction.errors import ConfigError
 from hri_sim.scenario.conditions import draw_scenario
 from hri_sim.scenario.schema import Scenario
@@ -25,6 +26,9 @@ SWITCH_AFTER_S = 0.5
 
 HANDOVER_M = 0.24
 """Distance of the tool's goal from the person's hand tip, towards the robot [m]."""
+
+CLEAR_M = 0.24
+"""Goals that change are changed to such as are so far from the person's arm at rest [m]."""
 
 HELD_OUT_M = ((0.50, 0.62), (-0.20, 0.20), (0.15, 0.30))
 """Where people hold things out: ranges of x, y and z [m]."""
@@ -64,13 +68,31 @@ def draw_scene(name: str, seed: int, reaches: int) -> Scene:
     if name == "switch":
         drawn = draw_scenario(seed, 2 * reaches)
         # The robot never gets to the first goal of each pair; the person does all of them.
-        later = [drawn.targets[reach.robot_target] for reach in drawn.reaches[1::2]]
+        later = [_other_goal(drawn, index) for index in range(0, 2 * reaches, 2)]
         kept = tuple(reach.model_copy(update={"start": 0.0}) for reach in drawn.reaches[::2])
         scenario = drawn.model_copy(update={"reaches": kept, "name": f"switch_{seed}"})
-        return Scene(scenario, _switch([np.array(place) for place in later]))
+        return Scene(scenario, _switch(later))
     if name == "handover":
         return Scene(_handed_over(draw_scenario(seed, reaches), seed), _in_front_of_hand)
     return Scene(draw_scenario(seed, reaches))
+
+
+def _other_goal(drawn: Scenario, index: int) -> FloatArray:
+    """A goal (3,) [m] that the one of a reach may change to: the next clear of where the person rests.
+
+    Where none is, the one that is farthest from there.
+    """
+    reach, person = drawn.reaches[index], drawn.person_of(index)
+    following = [*drawn.reaches[index + 1 :], *drawn.reaches[:index]]
+    names = dict.fromkeys(one.robot_target for one in following)
+    places = [np.array(drawn.targets[name]) for name in names if name != reach.robot_target]
+    if reach.person_target is None:
+        return places[0]
+    arm = person.arm.posture(np.array(drawn.targets[reach.person_target]), person.swivel)
+    resting = Partner(arm[-1], np.zeros(3), joints=arm, speeds=np.zeros_like(arm))
+    apart = [resting.distance(place) for place in places]
+    clear = (place for place, far in zip(places, apart, strict=True) if far >= CLEAR_M)
+    return next(clear, places[int(np.argmax(apart))])
 
 
 def _handed_over(drawn: Scenario, seed: int) -> Scenario:
