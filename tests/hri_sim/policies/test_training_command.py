@@ -51,7 +51,7 @@ def test_a_smoke_run_leaves_a_policy(recording: Path, tmp_path: Path) -> None:
     words = ["--data", str(recording), "--learner", "ann", "--out", str(out), "--smoke"]
     result = CliRunner().invoke(app, [*words, "--seed", "7"])
     assert result.exit_code == 0, result.output
-    path = out / "rnn_gru3t_3x3_two_people_ann.npz"
+    path = out / "rnn_gru_3x3_two_people_ann.npz"
     assert f"policy: {path}" in result.output
     model, trained = read_policy(path)
     assert model.network.units == (3, 3)

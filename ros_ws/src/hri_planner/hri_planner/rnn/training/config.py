@@ -19,7 +19,7 @@ class TrainingConfig:
         ConfigError: when a value is out of range.
     """
 
-    cell: str = parameter("gru3t", "kind of cells", choices=tuple(GATES))
+    cell: str = parameter("gru", "kind of cells", choices=tuple(GATES))
     units: tuple[int, ...] = parameter((9, 9), "units of each layer", low=1)
     seed: int = parameter(0, "of first weights, batches and noise", low=0)
     hold: int = parameter(20, "steps at rest at the goal that follow each reach", low=0)
