@@ -49,3 +49,13 @@ class Launched:
     def end(self, timeout_s: float = 60.0) -> int:
         """Exit code, once it has ended."""
         return self.process.wait(timeout_s)
+
+
+def addresses(node: psutil.Process) -> set[str]:
+    """Where a process listens; the system's table is looked at again while the process is not in it."""
+    for _ in range(20):
+        found = {c.laddr.ip for c in node.net_connections("inet")}
+        if found:
+            break
+        time.sleep(0.1)
+    return found

@@ -15,7 +15,7 @@ import numpy as np
 import psutil
 import pytest
 import rclpy
-from launched import Launched
+from launched import Launched, addresses
 from mcap_ros2.reader import read_ros2_messages
 from rclpy.context import Context
 from rclpy.experimental.events_executor import EventsExecutor
@@ -97,16 +97,6 @@ def listen_from_a_terminal_of_the_users(launched: Launched, topic: str) -> subpr
     environment["ROS_DOMAIN_ID"] = str(launched.domain)
     command = [sys.executable, "-m", "hri_sim.tools.echo_topic", topic, "--once", "--timeout", "30"]
     return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
-
-
-def addresses(node: psutil.Process) -> set[str]:
-    """Where a process listens; the system's table is looked at again while the process is not in it."""
-    for _ in range(20):
-        found = {c.laddr.ip for c in node.net_connections("inet")}
-        if found:
-            break
-        time.sleep(0.1)
-    return found
 
 
 def test_a_run_from_start_to_end(launch: Launch) -> None:

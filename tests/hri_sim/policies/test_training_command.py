@@ -1,6 +1,5 @@
 """The command that trains policies, as users give it; killed and begun again, too."""
 
-import importlib.util
 import os
 import signal
 import subprocess
@@ -18,11 +17,6 @@ from hri_planner.rnn.training.config import TrainingConfig
 from hri_prediction.errors import ConfigError
 from hri_prediction.tracks.files import save_tracks
 from hri_sim.policies.training_command import app, chosen_jobs
-
-needs_torch = pytest.mark.skipif(
-    importlib.util.find_spec("torch") is None,
-    reason="training needs torch: pip install -r requirements/training.txt",
-)
 
 WITHOUT_TORCH = """
 import sys
@@ -45,7 +39,6 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-@needs_torch
 def test_a_smoke_run_leaves_a_policy(recording: Path, tmp_path: Path) -> None:
     out = tmp_path / "policies"
     words = ["--data", str(recording), "--learner", "ann", "--out", str(out), "--smoke"]
@@ -62,7 +55,6 @@ def test_a_smoke_run_leaves_a_policy(recording: Path, tmp_path: Path) -> None:
     assert path.stat().st_mtime_ns == before
 
 
-@needs_torch
 def test_a_killed_training_ends_in_the_same_policy(recording: Path, tmp_path: Path) -> None:
     config = tmp_path / "config.yaml"
     values = {

@@ -31,7 +31,6 @@ class PolicyNodeConfig(MotionConfig):
         low=0.012,
         high=1.0,
     )
-
     max_goal_age: float = parameter(
         0.5, "Places on policy/goal that are older are not taken", unit="s", low=0.01, high=60.0
     )
