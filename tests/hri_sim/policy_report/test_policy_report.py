@@ -157,8 +157,9 @@ def test_what_the_report_is_about() -> None:
         f"seed_1/{name}" for name in policies.HEADLINE
     }
     assert all(policy.job.config.seed == policy.data_seed for policy in all_seeds)
-    (handover,) = policies.handover_policies(TrainingConfig(), ["3"], False)
-    assert (handover.name, handover.job.data) == ("handover/pair_3", "handover-without-3")
+    handovers = policies.handover_policies(TrainingConfig(), ["3"], False)
+    assert {policy.job.data for policy in handovers} == {"handover-without-3"}
+    assert [policy.name for policy in handovers] == ["handover_gru3t/pair_3", "handover_gru/pair_3"]
     assert [p.job.config.units for p in policies.large_policies(TrainingConfig(), False)] == [
         (n, n) for n in policies.LARGE_UNITS
     ]
@@ -245,7 +246,9 @@ def test_bars_are_of_the_worst_seed() -> None:
         "configurations": {f"seed_{seed}/C7": configuration(1.0, 0.5 + seed) for seed in (0, 1, 2)}
         | {f"seed_{seed}/C8": configuration(1.0, 0.5) for seed in (0, 1)},
         "sets": {"D1": {"replay_error_m": 1e-15}, "handovers": {"skipped": "why"}},
-        "handovers": {"skipped": "why"},
+        "handovers": {
+            "cells": {"gru": {"1": configuration(1.0, 0.5), "2": configuration(0.75, 0.5)}}
+        },
         "encounters": {
             "policies": {"x": {"bounded": {"encounters": 10000, "with": {"violations": 1}}}}
         },
@@ -257,7 +260,8 @@ def test_bars_are_of_the_worst_seed() -> None:
     assert found["D1, gru3t 2x9: terminal, mean of all"].met is False
     assert found["D1, gru3t 2x9: terminal with noise, mean of all"].met is True
     assert found["D1, gru 2x9: reached"].met is None
-    assert found["handovers, pairs held out, reached"].met is None
+    assert found["handovers, pairs held out, gru: reached"].measured == 75.0
+    assert found["handovers, pairs held out, gru3t: reached"].met is None
     assert found["violations with the filter, x, 10,000 encounters"].met is False
     assert found["one step, up to 2x9"].met is True
     assert found["training, up to 2x9, one core's time"].met is None

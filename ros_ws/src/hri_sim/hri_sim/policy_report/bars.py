@@ -8,7 +8,7 @@ from typing import Any
 
 from hri_sim.benchmark.report import markdown_table
 from hri_sim.policies.evaluation_report import number
-from hri_sim.policy_report.policies import SEEDS
+from hri_sim.policy_report.policies import HANDOVER_CELLS, SEEDS
 
 CELLS = {"C7": "gru3t", "C8": "gru", "C9": "lstm", "C13": "gru3t", "C14": "gru", "C15": "lstm"}
 SETS = {"D1": ("C7", "C8", "C9"), "D2": ("C13", "C14", "C15")}
@@ -63,11 +63,12 @@ def bars(sections: Mapping[str, Any]) -> list[Bar]:
     replays = [one.get("replay_error_m") for one in sections["sets"].values()]
     measured = [value for value in replays if value is not None]
     found.append(Bar("label replay, all encounters", 1e-9, True, "m", max(measured, default=None)))
-    pairs = sections["handovers"].get("pairs", {}).values()
-    for which, noise in (("", False), (" with noise", True)):
-        shares = [(one["noise"] if noise else one)["reached_share"] for one in pairs]
-        worst = 100.0 * min(shares) if shares else None
-        found.append(Bar(f"handovers, pairs held out, reached{which}", 100.0, False, "%", worst))
+    for cell in HANDOVER_CELLS:
+        pairs = sections["handovers"].get("cells", {}).get(cell, {}).values()
+        for which, noise in (("", False), (" with noise", True)):
+            shares = [_share(one["noise"] if noise else one) for one in pairs]
+            what = f"handovers, pairs held out, {cell}: reached{which}"
+            found.append(Bar(what, 100.0, False, "%", min(shares, default=None)))
     for name, kinds in sections["encounters"]["policies"].items():
         one = kinds["bounded"]
         found.append(

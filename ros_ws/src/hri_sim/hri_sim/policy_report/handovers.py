@@ -16,12 +16,12 @@ from hri_sim.policies.evaluation import evaluate
 from hri_sim.policies.evaluation_report import number
 from hri_sim.policies.handovers import load_handovers, without_pair
 from hri_sim.policy_report.laboratory import Laboratory
-from hri_sim.policy_report.policies import Policy, handover_policies
+from hri_sim.policy_report.policies import PAIR, Policy, handover_policies
 
 SOURCE = (
     "708 handovers of eight pairs by Khanna et al. (dyad_handover_kth, MIT); the taker is learnt from, its "
     "goal is where its hand was at the end. The recordings are of 24 Hz and begin in motion. Each line: "
-    "a policy (GRU3t, 2x9) that learnt from the other seven pairs, in this pair's encounters."
+    "a policy (2x9) that learnt from the other seven pairs, in this pair's encounters."
 )
 
 
@@ -34,20 +34,29 @@ def pairs() -> list[str]:
 
 
 def measure(laboratory: Laboratory) -> dict[str, Any]:
-    """Columns of table 5.2 by pair, or why there are none."""
+    """Columns of table 5.2 by cell and pair, or why there are none."""
     try:
         handovers_file()
     except ConfigError as error:
         return {"skipped": str(error)}
     policies = handover_policies(laboratory.config, pairs(), laboratory.smoke)
     work = partial(_evaluate, runs=laboratory.runs)
-    return {"pairs": dict(laboratory.all("handovers", work, policies))}
+    by_cell: dict[str, dict[str, Any]] = {}
+    for cell, pair, one in laboratory.all("handovers", work, policies):
+        by_cell.setdefault(cell, {})[pair] = one
+    return {"cells": by_cell}
 
 
-def _evaluate(policy: Policy, runs: Path) -> tuple[str, dict[str, Any]]:
-    pair = policy.job.name.removeprefix("pair_")
+def _evaluate(policy: Policy, runs: Path) -> tuple[str, str, dict[str, Any]]:
+    pair = policy.job.name.removeprefix(PAIR)
     own = without_pair(load_handovers(handovers_file()), pair)[1]
-    return pair, evaluate(policy.read(runs), own, np.random.default_rng(0))
+    return policy.job.config.cell, pair, evaluate(policy.read(runs), own, np.random.default_rng(0))
+
+
+def _every(found: Mapping[str, Any]) -> list[tuple[str, str, Mapping[str, Any]]]:
+    """Cell, pair and figures of all policies; none where nothing was measured."""
+    cells = found.get("cells", {})
+    return [(cell, pair, one) for cell, some in cells.items() for pair, one in some.items()]
 
 
 def lines(found: Mapping[str, Any]) -> list[str]:
@@ -55,10 +64,11 @@ def lines(found: Mapping[str, Any]) -> list[str]:
     if "skipped" in found:
         return [f"Not measured: {found['skipped']}.\n"]
     rows = []
-    for pair, one in found["pairs"].items():
+    for cell, pair, one in _every(found):
         noisy = one["noise"]
         rows.append(
             [
+                cell,
                 pair,
                 str(one["encounters"]),
                 f"{number(100.0 * one['reached_share'])} / {number(100.0 * noisy['reached_share'])}",
@@ -75,7 +85,7 @@ def lines(found: Mapping[str, Any]) -> list[str]:
         SOURCE + "\n",
         markdown_table(
             [
-                "pair", "encounters", "reached [%]", "terminal, all [mm]", "max [mm]",
+                "cell", "pair", "encounters", "reached [%]", "terminal, all [mm]", "max [mm]",
                 "reach time MSE [s²]", "KL", "KL of people",
             ],
             rows,

@@ -18,14 +18,17 @@ from hri_prediction.results.origin import results_origin
 from hri_prediction.results.progress import ProgressLine
 from hri_sim.benchmark.workers import do_all
 from hri_sim.policies.datasets import WITHOUT_PAIR
-from hri_sim.policies.table import CELLS, Job, table_jobs
+from hri_sim.policies.table import Job, table_jobs
 
 HEADLINE = ("C7", "C8", "C9", "C13", "C14", "C15")
 """Two layers of nine units of each kind of cells, of D1 and D2: those of which something is wanted."""
 
 SEEDS = (0, 1, 2)
 SEED_GROUP = "seed_"
-HANDOVER = "handover"
+HANDOVER_CELLS = ("gru3t", "gru")
+"""The thesis' choice, and what is trained by default."""
+
+PAIR = "pair_"
 LARGE = "large"
 LARGE_DATA = "D3-1"
 LARGE_UNITS = (3, 9, 32, 64)
@@ -94,13 +97,23 @@ def seed_policies(config: TrainingConfig, smoke: bool) -> list[Policy]:
     ]
 
 
+def handover_group(cell: str) -> str:
+    """Folder of the policies of recorded handovers."""
+    return f"handover_{cell}"
+
+
 def handover_policies(config: TrainingConfig, pairs: Iterable[str], smoke: bool) -> list[Policy]:
-    """One for each pair of people, learnt from all others."""
-    jobs = [
-        Job(f"pair_{pair}", f"{WITHOUT_PAIR}{pair}", replace(config, cell=CELLS[0], units=(9, 9)))
+    """One for each kind of cells and pair of people, learnt from all other pairs."""
+    found = [
+        Policy(
+            handover_group(cell),
+            Job(f"{PAIR}{pair}", f"{WITHOUT_PAIR}{pair}", replace(config, cell=cell, units=(9, 9))),
+            0,
+        )
+        for cell in HANDOVER_CELLS
         for pair in pairs
     ]
-    return [Policy(HANDOVER, job, 0) for job in jobs[: 1 if smoke else None]]
+    return found[: 1 if smoke else None]
 
 
 def large_policies(config: TrainingConfig, smoke: bool) -> list[Policy]:
