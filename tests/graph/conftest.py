@@ -16,7 +16,7 @@ os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
 from hri_sim.launch.scene import scenario_library
 from hri_sim.scenario.conditions import draw_scenario
 from hri_sim.scenario.schema import Scenario
-from hri_sim.testing import Graph, ptomp_graph
+from hri_sim.testing import Graph, policy_graph, ptomp_graph
 
 SEED = 100
 
@@ -40,15 +40,34 @@ def library(scenario: Scenario, tmp_path_factory: pytest.TempPathFactory) -> Pat
 @pytest.fixture
 def make_graph(scenario: Scenario, library: Path, tmp_path: Path) -> Iterator[Callable[..., Graph]]:
     """Makes the whole graph of the scenario; closes it after the test."""
-    graphs: list[Graph] = []
 
     def make(**options: Any) -> Graph:
         options = {"seed": SEED, "library": library, **options}
-        graph = ptomp_graph(options.pop("scenario", scenario), tmp_path, **options)
-        graphs.append(graph)
+        return ptomp_graph(options.pop("scenario", scenario), tmp_path, **options)
+
+    yield from _closed_in_the_end(make)
+
+
+@pytest.fixture
+def make_policy_graph(scenario: Scenario, tmp_path: Path) -> Iterator[Callable[..., Graph]]:
+    """The same with a policy, that has run until all is seen."""
+
+    def make(**options: Any) -> Graph:
+        graph = policy_graph(options.pop("scenario", scenario), tmp_path, seed=SEED, **options)
+        graph.run(0.3)
         return graph
 
-    yield make
+    yield from _closed_in_the_end(make)
+
+
+def _closed_in_the_end(make: Callable[..., Graph]) -> Iterator[Callable[..., Graph]]:
+    graphs: list[Graph] = []
+
+    def made(**options: Any) -> Graph:
+        graphs.append(make(**options))
+        return graphs[-1]
+
+    yield made
     late = {
         name for graph in graphs for node in graph.nodes.values() for name in node.compiled_late()
     }

@@ -1,4 +1,4 @@
-"""Nodes as a user would write them: one spoils the motion capture, one adds a body."""
+"""Nodes as a user would write them: they spoil the motion capture, add bodies, slow the robot."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from std_msgs.msg import Header
+from std_msgs.msg import Float64, Header
 
 from hri_prediction.ros.messages import HumanArm, IdsList
 from hri_prediction.ros.node import CountedPublisher, HriNode
-from hri_prediction.ros.qos import LATCHED, SENSOR
+from hri_prediction.ros.qos import LATCHED, SENSOR, reliable
 from hri_prediction.ros.time import NANO, to_ns, to_time
 
 RAW = "raw/arm"
@@ -121,6 +121,22 @@ class Bystander(HriNode):
                 valid=[True] * 4,
             )
         )
+
+
+class Monitor(HriNode):
+    """Stands in for a separation monitor: what it says of the robot's speed is the heartbeat.
+
+    Attributes:
+        scale: Said every 4 ms, 0 to 1.
+    """
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__("monitor", period_s=0.004, **kwargs)
+        self.scale = 1.0
+        self._said = self.announce(Float64, "separation/speed_scale", reliable(1))
+
+    def on_tick(self, now_ns: int) -> None:
+        self._said.publish(Float64(data=self.scale))
 
 
 class Tracker(HriNode):

@@ -1,6 +1,6 @@
 """The policy node in the whole graph: reaches, goals that move, stops, models, authority."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -31,7 +31,7 @@ from hri_prediction.ros.messages import IdsList, LoadModel, PolicyStatus, ReachT
 from hri_prediction.ros.qos import LATCHED, reliable
 from hri_prediction.ros.time import to_time
 from hri_sim.scenario.schema import Scenario
-from hri_sim.testing import Graph, ReachHandle, cue, node_factory, policy_graph, reach
+from hri_sim.testing import Graph, ReachHandle, cue, node_factory, reach
 
 Result = ReachTarget.Result
 ACTION = "/policy/reach_target"
@@ -41,23 +41,9 @@ UNWATCHED = {"policy": {"require_tracking": False}}
 
 
 @pytest.fixture
-def make(scenario: Scenario, tmp_path: Path) -> Iterator[Callable[..., Graph]]:
-    """Makes the graph of the scenario with a policy; closes it after the test."""
-    graphs: list[Graph] = []
-
-    def made(**options: Any) -> Graph:
-        graph = policy_graph(options.pop("scenario", scenario), tmp_path, seed=100, **options)
-        graphs.append(graph)
-        graph.run(0.3)
-        return graph
-
-    yield made
-    late = {
-        name for graph in graphs for node in graph.nodes.values() for name in node.compiled_late()
-    }
-    for graph in graphs:
-        graph.close()
-    assert not late, "compiled while the graph ran"
+def make(make_policy_graph: Callable[..., Graph]) -> Callable[..., Graph]:
+    """Graphs with a policy."""
+    return make_policy_graph
 
 
 def start(graph: Graph, scenario: Scenario, index: int = 0) -> ReachHandle:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.interpolate import make_interp_spline
 
 from hri_planner.policy.config import PolicyConfig
 from hri_planner.policy.partner import Partner
@@ -114,7 +115,9 @@ def test_a_robot_that_is_held_back_remembers_what_it_did_there() -> None:
     planner = new()
     planner.start(START, np.zeros(7), GOAL, 0.0)
     run(planner, 0.32)
-    hands = planner.snapshot().hands
+    passage = planner.snapshot().passage
+    assert passage is not None
+    hands = passage.hands
     for index in (0, 5, len(hands) - 1):
         behind = planner.plan
         assert behind is not None
@@ -128,6 +131,27 @@ def test_a_robot_that_is_held_back_remembers_what_it_did_there() -> None:
         planner.restore(before)
 
 
+@pytest.mark.parametrize(
+    ("rate", "off_m"), [(0.9, 0.003), (0.5, 0.003), (0.3, 0.003), (0.1, 0.003), (0.03, 0.015)]
+)
+def test_a_slowed_robot_takes_the_same_way(rate: float, off_m: float) -> None:
+    planner = new()
+    planner.start(START, np.zeros(7), GOAL, 0.0)
+    fast = run(planner, 4.0)
+    planner = new()
+    planner.start(START, np.zeros(7), GOAL, 0.0)
+    slow = [planner.replan(0.0, (), HORIZON).hand.position]
+    for cycle in range(1, round(4.0 / (INTERVAL * rate))):
+        assert planner.plan is not None
+        # Of an interval the robot makes a part.
+        planner.follow(planner.plan.shifted((1.0 - rate) * INTERVAL))
+        slow.append(planner.replan(cycle * INTERVAL, (), HORIZON).hand.position)
+    way = make_interp_spline(np.arange(len(fast)), fast)(np.arange(0.0, len(fast) - 0.9, 0.1))
+    away = np.linalg.norm(np.array(slow)[:, None] - way, axis=2).min(axis=1)
+    assert away.max() < off_m
+    assert np.linalg.norm(slow[-1] - GOAL) < 0.004
+
+
 def test_a_goal_that_jumps_is_followed_without_a_jump() -> None:
     planner = new()
     planner.start(START, np.zeros(7), GOAL, 0.0)
@@ -136,6 +160,22 @@ def test_a_goal_that_jumps_is_followed_without_a_jump() -> None:
     planner.check(other, START)
     planner.retarget(other)
     assert np.linalg.norm(run(planner, 4.0, begin=0.48)[-1] - other) < 0.004
+
+
+@pytest.mark.parametrize("away_m", [0.0, 0.005, 0.02, 0.04])
+def test_a_goal_next_to_the_hand_is_reached_without_a_detour(away_m: float) -> None:
+    tool = ROBOT.frames(START[None])[0, 3]
+    goal = tool + np.array((0.0, away_m, 0.0))
+    planner = new()
+    planner.start(START, np.zeros(7), goal, 0.0)
+    way = run(planner, 3.0)
+    assert np.linalg.norm(way - goal, axis=1).max() < away_m + 0.001
+    assert np.linalg.norm((way - goal)[:, [0, 2]], axis=1).max() < 0.003
+    assert np.linalg.norm(way[-1] - goal) < 0.001
+    # Halted, and let go on, it stays.
+    assert planner.plan is not None
+    planner.resync(planner.plan.sample(3.0)[0], np.zeros(7), 3.0)
+    assert np.linalg.norm(run(planner, 1.0, begin=3.016) - goal, axis=1).max() < 0.002
 
 
 def test_the_tool_stays_above_the_floor() -> None:
@@ -185,6 +225,8 @@ def test_a_network_that_has_settled_elsewhere_begins_anew() -> None:
     run(planner, 0.32)
     assert planner.plan is not None
     odd = np.full_like(planner.model.network.initial_state(), 0.9)
-    planner._trail = tuple(replace(hand, memory=odd) for hand in planner._trail)
-    planner.follow(planner.plan.shifted(0.0031))  # off the grid, so that memory is looked up
+    now = planner.snapshot()
+    assert now.passage is not None
+    hands = tuple(replace(hand, memory=odd) for hand in now.passage.hands)
+    planner.restore(replace(now, passage=replace(now.passage, hands=hands)))
     assert np.linalg.norm(run(planner, 9.0, begin=0.32)[-1] - GOAL) < 0.01

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from hri_planner.policy.config import PolicyConfig
 from hri_planner.policy.partner import Partner
+from hri_planner.policy.passage import Passage
 from hri_planner.policy.rest import coming_to_rest
 from hri_planner.policy.runner import HandState, PolicyRunner
 from hri_planner.policy.stretch import Limits, Moved, stretch
@@ -31,8 +32,8 @@ FloatArray = NDArray[np.float64]
 CONTROL_PERIOD_S = 0.004
 """Of the hand's steps, and of the points of plans [s]."""
 
-_SAME = 1e-6
-"""Times [s] and angles [rad] that differ by less are one."""
+_BESIDE_M = 0.05
+"""Goals nearer than this are reached sooner by a hand that remembers having rested at one [m]."""
 _RESTS_AWAY_S = 0.4
 """A hand that rests away from its goal for so long, though nothing holds it, begins anew [s]."""
 
@@ -66,7 +67,7 @@ class PolicySnapshot:
     """State between two replans; opaque to callers."""
 
     plan: JointPlan | None
-    hands: tuple[HandState, ...]
+    passage: Passage | None
     trail: tuple[HandState, ...]
 
 
@@ -104,9 +105,10 @@ class PolicyPlanner:
         """Go over to another policy; a reach that is under way is forgotten."""
         separation = self.config.separation_filter if self.config.filter else None
         self._runner = PolicyRunner(model, separation, CONTROL_PERIOD_S, self.floor)
+        self._settled = self._runner.settled()
         self._clear_of = Limits(separation, self.floor)
         self.plan: JointPlan | None = None
-        self._hands: tuple[HandState, ...] = ()
+        self._passage: Passage | None = None
         self._trail: tuple[HandState, ...] = ()
         self._goal = np.zeros(3)
         self._rests_since_s: float | None = None
@@ -179,15 +181,17 @@ class PolicyPlanner:
 
     def follow(self, plan: JointPlan) -> None:
         """The robot is on this plan, e.g. on the present one but later, as speed scaling makes it."""
-        self.plan, self._hands = plan, ()
+        if self.plan is None or not np.array_equal(plan.q[-1], self.plan.q[-1]):
+            self._passage = None
+        self.plan = plan
 
     def snapshot(self) -> PolicySnapshot:
         """What the next replan starts from; see :meth:`restore`."""
-        return PolicySnapshot(self.plan, self._hands, self._trail)
+        return PolicySnapshot(self.plan, self._passage, self._trail)
 
     def restore(self, snapshot: PolicySnapshot) -> None:
         """Go back to an earlier state, because the plan made since never took effect."""
-        self.plan, self._hands = snapshot.plan, snapshot.hands
+        self.plan, self._passage = snapshot.plan, snapshot.passage
         self._trail = snapshot.trail
 
     def replan(self, handover_s: float, partners: Sequence[Partner], horizon_s: float) -> Cycle:
@@ -203,7 +207,7 @@ class PolicyPlanner:
         """
         if self.plan is None:
             raise PlanningError("replan without an active reach", hint="call start first")
-        first, q, qd = self._at(handover_s)
+        first, ahead, q, qd = self._at(handover_s)
         first = self._awake(first, handover_s)
         count = max(round(horizon_s / CONTROL_PERIOD_S), 1)
         hands: list[HandState] = [first]
@@ -231,7 +235,8 @@ class PolicyPlanner:
         if not (np.isfinite(angles).all() and np.isfinite(speeds).all()):
             raise PlanningError("the policy asks for what is not finite", hint="load another one")
         self.plan = self._ending_at_rest(handover_s, angles, speeds)
-        self._hands = self._trail = tuple(hands)
+        self._trail = tuple(hands)
+        self._passage = Passage(self._trail, CONTROL_PERIOD_S, self.plan.end_s - handover_s, ahead)
         away = float(np.linalg.norm(first.position - self._goal))
         speed = float(np.linalg.norm(first.velocity))
         there = away < self.config.arrived and speed < self.config.arrived_speed
@@ -268,34 +273,37 @@ class PolicyPlanner:
         self._rests_since_s = None
         return self._runner.begin(hand.position, hand.velocity)
 
-    def _at(self, time_s: float) -> tuple[HandState, FloatArray, FloatArray]:
-        """Hand, joint angles and speeds at a time of the plan clock."""
+    def _at(self, time_s: float) -> tuple[HandState, float, FloatArray, FloatArray]:
+        """Hand, how far it is ahead, joint angles and speeds at a time of the plan clock."""
         assert self.plan is not None
         q, qd, _ = self.plan.sample(time_s)
-        index = round((time_s - self.plan.start_s) / CONTROL_PERIOD_S)
-        on_time = abs(self.plan.start_s + index * CONTROL_PERIOD_S - time_s) < _SAME
-        if on_time and 0 <= index < len(self._hands):
-            return self._hands[index], q, qd
+        if self._passage is not None:
+            try:
+                return *self._passage.at(self.plan.end_s - time_s), q, qd
+            except LookupError:
+                pass  # on another part of the plan
         tool, velocity = self._inverse.tool_motion(q, qd)
-        return self._runner.begin(tool, velocity, memory=self._memory_at(tool)), q, qd
+        return self._runner.begin(tool, velocity, memory=self._memory_at(tool)), 0.0, q, qd
 
     def _memory_at(self, tool: FloatArray) -> FloatArray | None:
         """What the network remembered where the tool is now, or next to there: it may be late, or stopped.
 
-        None when the reach begins.
+        None when the reach begins, as each learnt reach did. Without memory a hand makes a way of
+        centimetres even to a goal where it is already: beside its goal it remembers having rested there.
         """
         if not self._trail:
-            return None
+            beside = float(np.linalg.norm(tool - self._goal)) < _BESIDE_M
+            return self._settled if beside else None
         places = np.array([hand.position for hand in self._trail])
         return self._trail[int(np.argmin(np.sum((places - tool) ** 2, axis=1)))].memory
 
     def _stand(self, q: FloatArray, qd: FloatArray, time_s: float) -> None:
-        """Be somewhere, on the way to rest; from rest and without memory each learnt reach began."""
+        """Be somewhere, on the way to rest; from rest each reach begins anew."""
         if float(np.abs(qd).max()) < self.config.rest_speed:
             self._trail = ()
         q = np.clip(q, self.robot.lower, self.robot.upper)
         qd = np.clip(qd, -self.robot.velocity, self.robot.velocity)
-        self.plan, self._hands = self._ending_at_rest(time_s, q[None], qd[None]), ()
+        self.plan, self._passage = self._ending_at_rest(time_s, q[None], qd[None]), None
 
     def _ending_at_rest(self, begin_s: float, q: FloatArray, qd: FloatArray) -> JointPlan:
         """A plan of these points (n, 7), (n, 7), after which the joints come to rest."""

@@ -31,6 +31,8 @@ FloatArray = NDArray[np.float64]
 
 FAR_M = np.array((0.0, 0.0, 1e3))
 """Where a partner is put that nobody sees."""
+_SETTLING_STEPS = 200
+"""Of the network: as many as a roll-out has."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,6 +115,14 @@ class PolicyRunner:
         if memory is None:
             memory = self.model.network.initial_state()
         return HandState(place, speed, np.zeros(3), False, memory, np.zeros(3), 0)
+
+    def settled(self) -> FloatArray:
+        """What the network remembers that has been at rest at its goal for long, with nobody near."""
+        place = np.zeros(3)
+        memory = self.model.network.initial_state()
+        for _ in range(_SETTLING_STEPS):
+            _, memory = self.model.accelerate(place, place, FAR_M, memory)
+        return memory
 
     def step(self, now: HandState, goal: FloatArray, partners: Sequence[Partner]) -> HandState:
         """One control period on.
