@@ -55,11 +55,11 @@ def test_it_is_the_runner_and_the_inverse_by_turns(partners: list[Partner], limi
                 hand = replace(hand, position=tool, velocity=velocity)
             for name in ("position", "velocity", "acceleration", "memory", "wanted"):
                 np.testing.assert_allclose(
-                    getattr(told[step], name), getattr(hand, name), rtol=0.0, atol=1e-10
+                    getattr(told[step], name), getattr(hand, name), rtol=0.0, atol=1e-6
                 )
             assert (told[step].filtered, told[step].count) == (hand.filtered, hand.count)
-            np.testing.assert_allclose(moved.q[step], q, atol=1e-10)
-            np.testing.assert_allclose(moved.qd[step], qd, atol=1e-9)
+            np.testing.assert_allclose(moved.q[step], q, atol=1e-7)
+            np.testing.assert_allclose(moved.qd[step], qd, atol=1e-6)
             acted += hand.filtered
         assert moved.nearest == pytest.approx(nearest)
     if limits.floor is not None or (limits.separation is not None and partners):
