@@ -131,15 +131,24 @@ def test_a_robot_that_is_held_back_remembers_what_it_did_there() -> None:
         planner.restore(before)
 
 
+NEAR = ROBOT.frames(START[None])[0, 3] + np.array((0.06, 0.0, 0.0))
+
+
 @pytest.mark.parametrize(
-    ("rate", "off_m"), [(0.9, 0.003), (0.5, 0.003), (0.3, 0.003), (0.1, 0.003), (0.03, 0.015)]
+    ("goal", "rate", "off_m"),
+    [
+        *((GOAL, rate, 0.003) for rate in (0.9, 0.5, 0.3, 0.1)),
+        (GOAL, 0.03, 0.015),
+        (NEAR, 0.3, 0.003),
+        (NEAR, 0.05, 0.006),
+    ],
 )
-def test_a_slowed_robot_takes_the_same_way(rate: float, off_m: float) -> None:
+def test_a_slowed_robot_takes_the_same_way(goal: np.ndarray, rate: float, off_m: float) -> None:
     planner = new()
-    planner.start(START, np.zeros(7), GOAL, 0.0)
+    planner.start(START, np.zeros(7), goal, 0.0)
     fast = run(planner, 4.0)
     planner = new()
-    planner.start(START, np.zeros(7), GOAL, 0.0)
+    planner.start(START, np.zeros(7), goal, 0.0)
     slow = [planner.replan(0.0, (), HORIZON).hand.position]
     for cycle in range(1, round(4.0 / (INTERVAL * rate))):
         assert planner.plan is not None
@@ -149,7 +158,20 @@ def test_a_slowed_robot_takes_the_same_way(rate: float, off_m: float) -> None:
     way = make_interp_spline(np.arange(len(fast)), fast)(np.arange(0.0, len(fast) - 0.9, 0.1))
     away = np.linalg.norm(np.array(slow)[:, None] - way, axis=2).min(axis=1)
     assert away.max() < off_m
-    assert np.linalg.norm(slow[-1] - GOAL) < 0.004
+    assert np.linalg.norm(slow[-1] - goal) < 0.004
+
+
+def test_a_goal_that_moves_away_slowly_is_followed_without_beginning_anew() -> None:
+    tool = ROBOT.frames(START[None])[0, 3]
+    for direction in np.array(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, -1.0, 0.0))):
+        planner = new()
+        planner.start(START, np.zeros(7), tool + 0.03 * direction, 0.0)
+        way = []
+        for step in range(125):
+            planner.retarget(tool + (0.03 + 0.1 * min(step * INTERVAL, 1.0)) * direction)
+            way.append(planner.replan(step * INTERVAL, (), HORIZON).hand.position - tool)
+        sideways = np.array(way) - np.outer(np.array(way) @ direction, direction)
+        assert np.linalg.norm(sideways, axis=1).max() < 0.015
 
 
 def test_a_goal_that_jumps_is_followed_without_a_jump() -> None:

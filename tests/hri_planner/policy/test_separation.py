@@ -6,12 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog, minimize
 
+from hri_planner.policy.bounds import nearest_allowed
 from hri_planner.policy.partner import Partner
 from hri_planner.policy.separation import (
     NOWHERE,
     Places,
     SeparationConfig,
-    _nearest_allowed,
     keep_separation,
     keep_separations,
     together,
@@ -144,7 +144,7 @@ def test_whatever_can_be_met_is_met() -> None:
         outward /= np.linalg.norm(outward, axis=1, keepdims=True)
         bounds = rng.uniform(-2.0, 8.0, count)
         wanted = rng.uniform(-8.0, 8.0, 3)
-        found = _nearest_allowed(wanted, outward, bounds, 8.0, count)
+        found = nearest_allowed(wanted, outward, bounds, 8.0, count)
         assert np.linalg.norm(found) <= 8.0 * (1.0 + 1e-9)
         # The largest margin t with outward · a >= bounds + t, sphere · a <= 7.7.
         best = linprog(

@@ -20,17 +20,18 @@ GOAL = np.array((0.331, 0.406, 0.322))
 ARM = np.array(((0.9, 0.0, 0.4), (0.7, 0.1, 0.2), (0.6, 0.05, 0.2), (0.45, 0.1, 0.3)))
 TOWARDS = np.array(((0.0, 0.0, 0.0), (-0.2, 0.1, 0.0), (-0.5, 0.2, 0.1), (-0.8, 0.3, 0.1)))
 WHOLE = Partner(ARM[3], TOWARDS[3], 0.03, ARM, TOWARDS)
+APART = SeparationConfig(0.2)
 HAND = Partner(np.array((0.3, -0.3, 0.4)), np.array((0.1, 0.3, -0.1)), 0.05)
 
 
 @pytest.mark.parametrize("partners", [[], [WHOLE], [HAND], [WHOLE, HAND]])
 @pytest.mark.parametrize("limits", [
-    Limits(None, None), Limits(SeparationConfig(0.2), None), Limits(SeparationConfig(0.2), 0.42),
-    Limits(None, 0.42),
+    Limits(APART, True, None), Limits(APART, True, 0.42), Limits(APART, False, 0.42),
 ])  # fmt: skip
 def test_it_is_the_runner_and_the_inverse_by_turns(partners: list[Partner], limits: Limits) -> None:
     policy = load_policy(find_policy(shipped_policies()[0]))
-    runner = PolicyRunner(policy, limits.separation, DT, limits.floor)
+    apart = limits.separation if limits.apart else None
+    runner = PolicyRunner(policy, apart, DT, limits.floor)
     inverse = ToolVelocity(ROBOT, ToolVelocityConfig())
     hand = runner.begin(inverse.tool(START), (0.2, 0.3, -0.2))
     q, qd = START, np.zeros(7)
@@ -71,10 +72,22 @@ def test_a_hand_that_the_joints_cannot_follow_is_put_back_to_the_tool() -> None:
     begin = inverse.tool(START)
     fast = np.array((0.0, 3.0, 0.0))
     moved = stretch(
-        begin, fast, np.zeros(3), START, np.zeros(7), [], 8, DT, Limits(None, None), inverse
+        begin, fast, np.zeros(3), START, np.zeros(7), [], 8, DT, Limits(APART, False, None), inverse
     )
     assert moved.strayed.any()
     first = int(np.argmax(moved.strayed))
     tool, velocity = inverse.tool_motion(moved.q[first], moved.qd[first])
     assert moved.position[first] == pytest.approx(tool)
     assert moved.velocity[first] == pytest.approx(velocity)
+
+
+@pytest.mark.parametrize("apart", [False, True])
+def test_the_largest_acceleration_holds_with_and_without_a_filter(apart: bool) -> None:
+    inverse = ToolVelocity(ROBOT, ToolVelocityConfig())
+    limits = Limits(SeparationConfig(0.2, hand_acceleration=5.0), apart, None)
+    moved = stretch(
+        inverse.tool(START), np.zeros(3), np.array((0.0, 20.0, 0.0)), START, np.zeros(7), [], 4, DT,
+        limits, inverse,
+    )  # fmt: skip
+    np.testing.assert_allclose(moved.acceleration, np.tile((0.0, 5.0, 0.0), (4, 1)), atol=1e-9)
+    assert not moved.filtered.any()

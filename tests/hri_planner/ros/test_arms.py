@@ -65,6 +65,25 @@ def test_a_joint_that_is_not_seen_goes_along_with_the_hand() -> None:
     assert np.linalg.norm(first.keypoints[-1][ELBOW] - at(4)[ELBOW]) < 0.3
 
 
+@pytest.mark.parametrize("joint", [0, ELBOW, WRIST])
+@pytest.mark.parametrize("hidden_ms", [8, 60, 500, None])
+def test_a_joint_that_is_seen_again_has_not_come_from_where_it_was_thought_to_be(
+    joint: int, hidden_ms: int | None
+) -> None:
+    """It rested 15 cm from there; without samples of it from before, it was thought to be the hand."""
+    arm = TrackedArm() if hidden_ms is None else tracked()
+    begin, hidden_ms = (0, 60) if hidden_ms is None else (84, hidden_ms)
+    for ms in range(begin, begin + hidden_ms, 4):
+        arm.add(ms * MS, unseen(at(ms), joint))
+    back = begin + hidden_ms
+    off = 0.06 if hidden_ms < 60 else 0.15
+    for ms in range(back, back + 60, 4):
+        arm.add(ms * MS, moved(at(ms), joint, off))
+        found = arm.partner(ms * MS)
+        assert np.linalg.norm(found.speeds, axis=1).max() < 1.5
+        assert found.joints == pytest.approx(moved(at(ms), joint, off), abs=1e-6)
+
+
 @pytest.mark.parametrize("joint", [0, ELBOW, WRIST, HAND])
 def test_a_single_jump_is_not_believed(joint: int) -> None:
     arm = tracked()

@@ -63,7 +63,8 @@ def trained(small: None, tmp_path: Path) -> Path:
     for policy in (*policies.seed_policies(*settings), *policies.large_policies(*settings)):
         path = policy.file(runs)
         path.parent.mkdir(parents=True, exist_ok=True)
-        save_policy(path, a_model(policy), {"data": policy.job.data, "data_seed": 0})
+        header = {"data": policy.job.data, "data_seed": 0, "config": {"seed": 0}}
+        save_policy(path, a_model(policy), header)
         config = {"cell": "x", "closed_rounds": 3}
         said = {
             "processor_seconds": 12.5,
@@ -144,6 +145,7 @@ def test_policies_of_another_set_or_network_are_trained_again(small: None, tmp_p
     for header, there in (
         ({"data": "D1", "data_seed": 0}, False),
         ({"data": "D2", "data_seed": 1}, False),
+        ({"data": "D2", "data_seed": 0, "config": {"seed": 1}}, False),
         ({"data": "D2", "data_seed": 0, "config": {"seed": 0}}, True),
     ):
         save_policy(first.file(tmp_path), a_model(first), header)

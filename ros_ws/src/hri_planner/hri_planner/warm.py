@@ -42,6 +42,6 @@ def warm_kernels() -> None:
     inverse.tool_motion(start, np.zeros(7))
     partner = Partner(arm[-1], np.zeros(3), joints=arm, speeds=np.zeros((4, 3)))
     partner.distance(goal)
-    limits = Limits(SeparationConfig(), 0.0)
+    limits = Limits(SeparationConfig(), True, 0.0)
     still = np.zeros(3)
     stretch(goal, still, still, start, np.zeros(7), [partner], 1, 0.004, limits, inverse)

@@ -23,6 +23,9 @@ from hri_prediction.ros.time import seconds_to_ns
 
 FloatArray = NDArray[np.float64]
 
+_SHARE = 0.8
+"""Of the goal's tolerance, within which the hand counts as there."""
+
 
 class PolicyCycle(MadePlan[PolicySnapshot, Cycle]):
     """What one cycle was made from and for."""
@@ -72,7 +75,15 @@ class PolicyReplanning:
         self._inputs = inputs
         self._goal: FloatArray | None = None
         self.handover = Handover(
-            PolicyPlanner(robot, model, policy_config, np.random.default_rng(0), floor=floor),
+            PolicyPlanner(
+                robot,
+                model,
+                policy_config,
+                np.random.default_rng(0),
+                floor=floor,
+                # The tool follows the hand, and is to be within the whole of it.
+                arrived=_SHARE * config.goal_tolerance,
+            ),
             inputs,
             arrival_ns=0 if lockstep else 2 * seconds_to_ns(tick_s),
             interval_ns=seconds_to_ns(config.replan_interval),

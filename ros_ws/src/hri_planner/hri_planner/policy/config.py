@@ -50,13 +50,10 @@ class PolicyConfig:
     joint_acceleration: float = parameter(
         25.0, "Largest acceleration of a joint", unit="rad/s^2", low=0.1, high=200.0
     )
-    arrived: float = parameter(
-        0.004, "Distance from the goal at which the hand counts as there", unit="m", low=1e-4
-    )
     arrived_speed: float = parameter(
-        0.02, "Speed below which it then counts as at rest", unit="m/s", low=1e-4
+        0.02, "Speed below which a hand at its goal counts as at rest", unit="m/s", low=1e-4
     )
-    rest_speed: float = parameter(
+    forget_speed: float = parameter(
         0.05, "Joint speed below which a new reach begins without memory of the one before",
         unit="rad/s", low=0.0,
     )  # fmt: skip

@@ -34,7 +34,7 @@ CONTROL_PERIOD_S = 0.004
 
 _BESIDE_M = 0.05
 """Goals nearer than this are reached sooner by a hand that remembers having rested at one [m]."""
-_RESTS_AWAY_S = 0.4
+_AWAY_M, _RESTS_AWAY_S = 0.02, 0.4
 """A hand that rests away from its goal for so long, though nothing holds it, begins anew [s]."""
 
 
@@ -69,6 +69,7 @@ class PolicySnapshot:
     plan: JointPlan | None
     passage: Passage | None
     trail: tuple[HandState, ...]
+    rested_s: float
 
 
 class PolicyPlanner:
@@ -80,6 +81,7 @@ class PolicyPlanner:
         config: Parameters.
         rng: Draws where the search for a goal's posture begins.
         floor: Height that the tool stays above [m]; none: any.
+        arrived: Distance from the goal at which the hand counts as there [m].
 
     Attributes:
         plan: The newest plan; none before the first reach.
@@ -93,8 +95,10 @@ class PolicyPlanner:
         rng: np.random.Generator,
         *,
         floor: float | None = None,
+        arrived: float = 0.004,
     ) -> None:
         self.robot = robot
+        self._arrived = arrived
         self.config = config
         self.floor = floor
         self._rng = rng
@@ -106,12 +110,12 @@ class PolicyPlanner:
         separation = self.config.separation_filter if self.config.filter else None
         self._runner = PolicyRunner(model, separation, CONTROL_PERIOD_S, self.floor)
         self._settled = self._runner.settled()
-        self._clear_of = Limits(separation, self.floor)
+        self._limits = Limits(self.config.separation_filter, self.config.filter, self.floor)
         self.plan: JointPlan | None = None
         self._passage: Passage | None = None
         self._trail: tuple[HandState, ...] = ()
         self._goal = np.zeros(3)
-        self._rests_since_s: float | None = None
+        self._rested_s = 0.0
 
     def check_model(self, model: PolicyModel) -> None:
         """Check that a policy can be gone over to.
@@ -165,6 +169,7 @@ class PolicyPlanner:
 
     def retarget(self, goal: FloatArray) -> None:
         """From the next replan on the goal, which has been checked, is elsewhere (3,) [m]."""
+        self._rested_s = 0.0
         self._goal = np.array(goal, dtype=float)
 
     def resync(self, q: FloatArray, qd: FloatArray, time_s: float) -> None:
@@ -187,12 +192,12 @@ class PolicyPlanner:
 
     def snapshot(self) -> PolicySnapshot:
         """What the next replan starts from; see :meth:`restore`."""
-        return PolicySnapshot(self.plan, self._passage, self._trail)
+        return PolicySnapshot(self.plan, self._passage, self._trail, self._rested_s)
 
     def restore(self, snapshot: PolicySnapshot) -> None:
         """Go back to an earlier state, because the plan made since never took effect."""
         self.plan, self._passage = snapshot.plan, snapshot.passage
-        self._trail = snapshot.trail
+        self._trail, self._rested_s = snapshot.trail, snapshot.rested_s
 
     def replan(self, handover_s: float, partners: Sequence[Partner], horizon_s: float) -> Cycle:
         """Let the policy go on from where the robot will be at the hand-over.
@@ -208,7 +213,8 @@ class PolicyPlanner:
         if self.plan is None:
             raise PlanningError("replan without an active reach", hint="call start first")
         first, ahead, q, qd = self._at(handover_s)
-        first = self._awake(first, handover_s)
+        if self._passage is not None:
+            first = self._awake(first, self._passage.before_end_s - (self.plan.end_s - handover_s))
         count = max(round(horizon_s / CONTROL_PERIOD_S), 1)
         hands: list[HandState] = [first]
         parts: list[Moved] = []
@@ -225,7 +231,7 @@ class PolicyPlanner:
                 known,
                 min(self._runner.until_asked(hand), count + 1 - len(hands)),
                 CONTROL_PERIOD_S,
-                self._clear_of,
+                self._limits,
                 self._inverse,
             )
             parts.append(moved)
@@ -239,7 +245,7 @@ class PolicyPlanner:
         self._passage = Passage(self._trail, CONTROL_PERIOD_S, self.plan.end_s - handover_s, ahead)
         away = float(np.linalg.norm(first.position - self._goal))
         speed = float(np.linalg.norm(first.velocity))
-        there = away < self.config.arrived and speed < self.config.arrived_speed
+        there = away < self._arrived and speed < self.config.arrived_speed
         filtered, reason = any(hand.filtered for hand in hands), ""
         if filtered:
             reason = "kept at a distance from the partner or the table"
@@ -255,22 +261,22 @@ class PolicyPlanner:
             nearest=min(part.nearest for part in parts),
         )
 
-    def _awake(self, hand: HandState, time_s: float) -> HandState:
+    def _awake(self, hand: HandState, went_on_s: float) -> HandState:
         """The hand, without memory if it has rested away from the goal for too long.
 
         Recurrent networks may settle where they have learnt nothing, as after the filter has pushed them
         away; from rest and without memory each learnt reach began.
+
+        Args:
+            hand: At the hand-over.
+            went_on_s: How far along the plan the robot has come since the last one [s].
         """
-        away = float(np.linalg.norm(hand.position - self._goal)) > 5.0 * self.config.arrived
+        away = float(np.linalg.norm(hand.position - self._goal)) > _AWAY_M
         slow = float(np.linalg.norm(hand.velocity)) < 2.0 * self.config.arrived_speed
-        if not (away and slow) or hand.filtered:
-            self._rests_since_s = None
+        self._rested_s = self._rested_s + went_on_s if away and slow and not hand.filtered else 0.0
+        if self._rested_s < _RESTS_AWAY_S:
             return hand
-        if self._rests_since_s is None or time_s < self._rests_since_s:
-            self._rests_since_s = time_s
-        if time_s - self._rests_since_s < _RESTS_AWAY_S:
-            return hand
-        self._rests_since_s = None
+        self._rested_s = 0.0
         return self._runner.begin(hand.position, hand.velocity)
 
     def _at(self, time_s: float) -> tuple[HandState, float, FloatArray, FloatArray]:
@@ -299,7 +305,7 @@ class PolicyPlanner:
 
     def _stand(self, q: FloatArray, qd: FloatArray, time_s: float) -> None:
         """Be somewhere, on the way to rest; from rest each reach begins anew."""
-        if float(np.abs(qd).max()) < self.config.rest_speed:
+        if float(np.abs(qd).max()) < self.config.forget_speed:
             self._trail = ()
         q = np.clip(q, self.robot.lower, self.robot.upper)
         qd = np.clip(qd, -self.robot.velocity, self.robot.velocity)

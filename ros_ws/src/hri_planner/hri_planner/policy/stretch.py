@@ -56,14 +56,16 @@ class Moved:
 
 @dataclass(frozen=True, eq=False)
 class Limits:
-    """What a hand keeps clear of.
+    """What a hand keeps to.
 
     Attributes:
-        separation: Parameters of the filter; none: people are not kept clear of.
+        separation: Parameters of the filter.
+        apart: Whether people are kept clear of; the largest acceleration holds anyhow.
         floor: Height that the hand stays above [m]; none: any.
     """
 
-    separation: SeparationConfig | None
+    separation: SeparationConfig
+    apart: bool
     floor: float | None
 
 
@@ -90,11 +92,11 @@ def stretch(
         partners: What is known of others at the first step.
         steps: How many.
         dt: Control period [s].
-        limits: What is kept clear of.
+        limits: What is kept to.
         inverse: Joint speeds of the robot.
     """
     joints, speeds, ages = _stacked(partners)
-    config = limits.separation or SeparationConfig()
+    config = limits.separation
     found = Moved(
         np.empty((steps, 3)),
         np.empty((steps, 3)),
@@ -111,7 +113,7 @@ def stretch(
         speeds,
         ages,
         dt,
-        limits.separation is not None,
+        limits.apart,
         (
             config.separation,
             config.hand_acceleration,
@@ -171,12 +173,10 @@ def _stretch(
             old[own] = max(ages[person] + step * dt, 0.0)
         for index in range(people * count):
             nearest = min(nearest, math.sqrt(np.sum((places[index] - position) ** 2)))
-        acceleration = wanted
-        if apart or limits[4] > -np.inf:
-            acceleration, filtered[step] = kept_apart(
-                wanted, position, velocity, places[:kept], moving[:kept], old[:kept], dt,
-                limits[0], limits[1], limits[2], limits[3], limits[4],
-            )  # fmt: skip
+        acceleration, filtered[step] = kept_apart(
+            wanted, position, velocity, places[:kept], moving[:kept], old[:kept], dt,
+            limits[0], limits[1], limits[2], limits[3], limits[4],
+        )  # fmt: skip
         position = position + velocity * dt + acceleration * (0.5 * dt * dt)
         velocity = velocity + acceleration * dt
         new = joint_speeds(q + qd * dt, qd, position, velocity, dt, *inverse)

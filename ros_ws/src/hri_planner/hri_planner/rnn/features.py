@@ -31,6 +31,7 @@ class FeatureConfig:
     Attributes:
         influence: d*.
         longest_push: Length at which f_H2H is cut.
+        longest_way: Length at which f_H2G is cut once it is normalised.
 
     Raises:
         ConfigError: when a value is out of range.
@@ -44,6 +45,12 @@ class FeatureConfig:
         "length at which the push away from the partner is cut; 17.5 is 5 cm from the hand",
         unit="1/m",
         low=0.1,
+    )
+    longest_way: float = parameter(
+        1.2,
+        "normalised length at which the way to the goal is cut: what a network does with ways longer "
+        "than the recorded ones was never learnt",
+        low=1.0,
     )
 
     def __post_init__(self) -> None:

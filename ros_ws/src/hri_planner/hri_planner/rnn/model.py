@@ -17,10 +17,6 @@ FloatArray = NDArray[np.float64]
 STEP_S = 0.032
 """Time step of policies: every eighth sample of 250 Hz [s]."""
 
-LONGEST_WAY = 1.2
-"""Longest normalised way to the goal that a network is shown. Ways that are longer than the recorded
-ones are cut to it: what a network does with them was never learnt, and may lead anywhere."""
-
 
 @dataclass(frozen=True, eq=False)
 class PolicyModel:
@@ -62,6 +58,7 @@ class PolicyModel:
         """
         seen = features(hand, goal, partner, self.features) / self.scales.inputs
         way = np.sqrt(np.einsum("...i,...i->...", seen[..., :3], seen[..., :3]))[..., None]
-        seen[..., :3] *= LONGEST_WAY / np.maximum(way, LONGEST_WAY)
+        longest = self.features.longest_way
+        seen[..., :3] *= longest / np.maximum(way, longest)
         told, state = self.network.step(seen, state)
         return told * self.scales.acceleration, state

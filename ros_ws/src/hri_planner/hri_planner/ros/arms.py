@@ -32,18 +32,20 @@ MARKER_M = 0.02
 BELIEVED_S = 0.06
 """A hand that has seemed to jump for so long is where it seems to be [s]."""
 _LEAST_SAMPLES = 3
+_NEVER_NS = -(1 << 62)
 
 
 @dataclass(eq=False)
 class TrackedArm:
     """One body's newest samples.
 
-    A joint that is not seen, or seems to jump, goes along with the hand as it was last seen beside it.
+    A joint that is not seen, or seems to jump, goes along with the hand as it was last seen beside it;
+    when it is seen again, its speed is taken to be the hand's until samples say otherwise.
     """
 
     times_ns: deque[int] = field(default_factory=lambda: deque(maxlen=64))
     keypoints: deque[FloatArray] = field(default_factory=lambda: deque(maxlen=64))
-    _seen_ns: list[int] = field(default_factory=lambda: [0] * 4)
+    _seen_ns: list[int] = field(default_factory=lambda: [_NEVER_NS] * 4)
 
     def add(self, stamp_ns: int, keypoints: FloatArray) -> None:
         """Take a sample whose hand was seen; wild ones and those out of order say nothing.
@@ -72,10 +74,13 @@ class TrackedArm:
                 continue
             if wild[k] and stamp_ns - self._seen_ns[k] <= BELIEVED_S * NANO:
                 continue
+            if wild[k]:
+                self._set_track(k, keypoints[k] - np.array(self.keypoints)[:, k])
+            elif self.times_ns and self._seen_ns[k] != self.times_ns[-1]:
+                # It was not there where it was thought to be, and has not moved from there to here.
+                self._set_track(k, np.tile(keypoints[k] - known[k], (len(self.times_ns), 1)))
             known[k] = keypoints[k]
             self._seen_ns[k] = stamp_ns
-            if wild[k]:
-                self._forget_speed(k, known[k])
         self.times_ns.append(stamp_ns)
         self.keypoints.append(known)
         while self.times_ns[0] < stamp_ns - round(VELOCITY_S * NANO):
@@ -91,16 +96,17 @@ class TrackedArm:
         way = float(np.linalg.norm(place - self.keypoints[-1][k]))
         return way > FASTEST_HAND * seconds + MARKER_M
 
-    def _forget_speed(self, k: int, place: FloatArray) -> None:
-        """A joint that is believed to be somewhere else has not moved there."""
+    def _set_track(self, k: int, by: FloatArray) -> None:
+        """Put a joint elsewhere in all samples, by (n, 3) [m]: there it was, as is known now."""
         for index, earlier in enumerate(self.keypoints):
             changed = earlier.copy()  # the one before may be in use
-            changed[k] = place
+            changed[k] += by[index]
             self.keypoints[index] = changed
 
     def _clear(self) -> None:
         self.times_ns.clear()
         self.keypoints.clear()
+        self._seen_ns = [_NEVER_NS] * 4
 
     def partner(self, time_ns: int) -> Partner:
         """The arm at a time, extrapolated along lines fitted to the newest samples.

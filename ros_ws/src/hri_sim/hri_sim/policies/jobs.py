@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hri_planner.rnn.model_file import read_policy, save_policy
+from hri_planner.rnn.training.config import TrainingConfig
 from hri_prediction.errors import ConfigError, DataError
 from hri_sim.policies.datasets import (
     SETS,
@@ -133,6 +134,9 @@ def is_trained(path: Path, made: dict[str, Any]) -> bool:
         trained = read_policy(path)[1]
     except DataError:
         return False
+    if isinstance(trained.get("config"), dict):
+        # A parameter that has come since was at its default.
+        trained = {**trained, "config": {**_plain(asdict(TrainingConfig())), **trained["config"]}}
     other = sorted(_differing(made, trained))
     if other:
         raise ConfigError(

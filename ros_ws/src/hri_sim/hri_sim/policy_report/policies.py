@@ -63,7 +63,7 @@ class Policy:
         return read_policy(self.file(runs))[0]
 
     def is_trained(self, runs: Path) -> bool:
-        """Whether its file is there, of this set and network; how it was trained otherwise is free."""
+        """Whether its file is there, of this set, network and seeds; all else of its training is free."""
         try:
             model, trained = read_policy(self.file(runs))
         except DataError:
@@ -73,6 +73,7 @@ class Policy:
             and model.network.units == self.job.config.units
             and trained.get("data") == self.job.data
             and trained.get("data_seed") == self.data_seed
+            and (trained.get("config") or {}).get("seed") == self.job.config.seed
         )
 
     def record(self, runs: Path) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hri_planner.rnn.cells import GATES
+from hri_planner.rnn.features import FeatureConfig
 from hri_prediction.config import parameter, validate
 from hri_prediction.errors import ConfigError
 
@@ -58,6 +59,21 @@ class TrainingConfig:
         "rounds without a better validation after which a stage ends; of the second, in its second half",
         low=1,
     )
+
+    influence: float = parameter(
+        FeatureConfig.influence, "d*: farther partners are not felt", unit="m", low=0.05
+    )
+    longest_push: float = parameter(
+        FeatureConfig.longest_push,
+        "at which the push away from the partner is cut; 17.5 is that of 5 cm",
+        unit="1/m",
+        low=0.1,
+    )
+
+    @property
+    def features(self) -> FeatureConfig:
+        """What the network sees."""
+        return FeatureConfig(self.influence, self.longest_push)
 
     def __post_init__(self) -> None:
         """Check the values."""

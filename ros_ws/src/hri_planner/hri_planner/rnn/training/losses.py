@@ -9,7 +9,6 @@ import torch
 from torch import Tensor
 
 from hri_planner.rnn.features import FeatureConfig
-from hri_planner.rnn.model import LONGEST_WAY
 from hri_planner.rnn.scales import Scales
 from hri_planner.rnn.training.batches import Bucket, Course
 from hri_planner.rnn.training.torch_network import TorchNetwork
@@ -75,7 +74,7 @@ def closed_loop(
         felt = (1.0 / distance - 1.0 / config.influence).clamp(0.0, config.longest_push)
         seen = torch.cat((goal - hand, -(felt / distance) * offset), dim=1) / inputs
         way = seen[:, :3].square().sum(dim=1, keepdim=True)
-        cut = LONGEST_WAY * way.clamp_min(LONGEST_WAY**2).rsqrt()
+        cut = config.longest_way * way.clamp_min(config.longest_way**2).rsqrt()
         seen = torch.cat((seen[:, :3] * cut, seen[:, 3:]), dim=1)
         told, states = network.step(seen, states)
         speed = speed + told * (scales.acceleration * dt)

@@ -85,7 +85,6 @@ class Trained:
 def train(
     data: TrainingData,
     config: TrainingConfig,
-    features: FeatureConfig | None = None,
     *,
     checkpoint: Path | None = None,
     progress: Callable[[TrainingState], None] | None = None,
@@ -98,7 +97,6 @@ def train(
     Args:
         data: What to learn from.
         config: Parameters.
-        features: Parameters of the features; none: the default.
         checkpoint: File that is written after each round, and gone on from.
         progress: Called after each round.
 
@@ -107,7 +105,7 @@ def train(
             is damaged or another training's.
     """
     torch.set_num_threads(1)
-    prepared = _prepare(data, config, features or FeatureConfig())
+    prepared = _prepare(data, config, config.features)
     what = hashlib.sha256(
         json.dumps([asdict(config), asdict(prepared.features), data.digest]).encode()
     ).hexdigest()[:16]
