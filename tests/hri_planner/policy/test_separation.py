@@ -238,11 +238,28 @@ def test_many_hands_are_kept_as_each_alone() -> None:
     wanted, position, velocity, speed = (rng.standard_normal((n, 3)) for _ in range(4))
     partner = position + rng.uniform(-0.25, 0.25, (n, 3))
     partner[:4] = position[:4]
-    found, changed = keep_separations(6.0 * wanted, position, velocity, partner, speed, DT, CONFIG)
+    found, changed = keep_separations(
+        6.0 * wanted, position, velocity, partner[:, None], speed[:, None], DT, CONFIG
+    )
     assert 0.2 < changed.mean() < 0.95
     for row in range(n):
         alone = place(partner[row], speed[row])
         one = keep_separation(6.0 * wanted[row], position[row], velocity[row], alone, DT, CONFIG)
+        np.testing.assert_array_equal(found[row], one.acceleration)
+        assert changed[row] == one.changed
+
+
+def test_many_hands_are_kept_from_whole_arms() -> None:
+    rng = np.random.default_rng(4)
+    n = 100
+    wanted, position, velocity = (rng.standard_normal((n, 3)) for _ in range(3))
+    joints = position[:, None] + rng.uniform(-0.4, 0.4, (n, 4, 3))
+    speeds = rng.standard_normal((n, 4, 3))
+    found, changed = keep_separations(6.0 * wanted, position, velocity, joints, speeds, DT, CONFIG)
+    for row in range(n):
+        arm = Partner(joints[row, 3], speeds[row, 3], joints=joints[row], speeds=speeds[row])
+        places = arm.places(position[row])
+        one = keep_separation(6.0 * wanted[row], position[row], velocity[row], places, DT, CONFIG)
         np.testing.assert_array_equal(found[row], one.acceleration)
         assert changed[row] == one.changed
 

@@ -10,6 +10,7 @@ from hri_planner.rnn.model import PolicyModel
 from hri_planner.rnn.network import new_network
 from hri_planner.rnn.scales import Scales
 from hri_sim.policies.filtered import GoalNoise, Hands
+from hri_sim.policies.meetings import distances
 
 DT = 0.004
 
@@ -33,7 +34,7 @@ def test_hands_move_as_the_runner_moves_one(kind: str, separation: SeparationCon
     acted = 0
     for step in range(200):
         partner = begin + step * DT * drift
-        hands.step(partner, drift, np.ones(3, dtype=bool))
+        hands.step(partner[:, None], drift[:, None], np.ones(3, dtype=bool))
         for row in range(3):
             alone[row] = runner.step(alone[row], goal[row], [Partner(partner[row], drift[row])])
             acted += alone[row].filtered
@@ -52,11 +53,11 @@ def test_a_hand_that_is_not_going_rests_and_forgets_nothing() -> None:
     prompt = Hands(model, None, start, goal, DT)
     both = np.ones(2, dtype=bool)
     for _ in range(16):
-        late.step(far, np.zeros((2, 3)), np.array((True, False)))
+        late.step(far[:, None], np.zeros((2, 1, 3)), np.array((True, False)))
     np.testing.assert_array_equal(late.position[1], 0.0)
     for _ in range(40):
-        late.step(far, np.zeros((2, 3)), both)
-        prompt.step(far, np.zeros((2, 3)), both)
+        late.step(far[:, None], np.zeros((2, 1, 3)), both)
+        prompt.step(far[:, None], np.zeros((2, 1, 3)), both)
     np.testing.assert_array_equal(late.position[1], prompt.position[1])
     assert not np.array_equal(late.position[0], prompt.position[0])
 
@@ -67,8 +68,20 @@ def test_noise_is_what_its_seed_says() -> None:
     for noise in (GoalNoise(0.003, 1), GoalNoise(0.003, 1), GoalNoise(0.003, 2), None):
         hands = Hands(model, None, np.zeros((1, 3)), np.full((1, 3), 0.2), DT, noise)
         for _ in range(24):
-            hands.step(np.full((1, 3), 0.1), np.zeros((1, 3)), np.ones(1, dtype=bool))
+            hands.step(np.full((1, 1, 3), 0.1), np.zeros((1, 1, 3)), np.ones(1, dtype=bool))
         paths.append(hands.position[0])
     np.testing.assert_array_equal(paths[0], paths[1])
     assert not np.array_equal(paths[0], paths[2])
     assert not np.array_equal(paths[0], paths[3])
+
+
+def test_distances_are_from_the_axes_of_limbs() -> None:
+    rng = np.random.default_rng(5)
+    joints, points = rng.standard_normal((50, 4, 3)), rng.standard_normal((50, 3))
+    arms = [Partner(arm[3], np.zeros(3), joints=arm, speeds=0.0 * arm) for arm in joints]
+    wanted = [arm.distance(point) for arm, point in zip(arms, points, strict=True)]
+    np.testing.assert_allclose(distances(joints, points), wanted, atol=1e-12)
+    hands = [
+        Partner(arm[3], np.zeros(3)).distance(p) for arm, p in zip(joints, points, strict=True)
+    ]
+    np.testing.assert_allclose(distances(joints[:, 3:], points), hands, atol=1e-12)

@@ -109,8 +109,9 @@ def test_the_report_is_written_wholly(
     assert verdicts["training, up to 2x9, one core's time"] is True
     kept = content["sections"]["encounters"]["results"]["policies"]
     for kinds in kept.values():
-        assert kinds["bounded"]["encounters"] == 20
-        assert kinds["bounded"]["with"]["violations"] == 0
+        for kind in ("bounded", "arms"):
+            assert kinds[kind]["encounters"] == 20
+            assert kinds[kind]["with"]["violations"] == 0
 
     # Nothing is measured twice, but what is asked for.
     measured: list[str] = []
@@ -252,7 +253,12 @@ def test_bars_are_of_the_worst_seed() -> None:
             "cells": {"gru": {"1": configuration(1.0, 0.5), "2": configuration(0.75, 0.5)}}
         },
         "encounters": {
-            "policies": {"x": {"bounded": {"encounters": 10000, "with": {"violations": 1}}}}
+            "policies": {
+                "x": {
+                    "bounded": {"encounters": 10000, "with": {"violations": 1}},
+                    "arms": {"encounters": 2000, "with": {"violations": 0}},
+                }
+            }
         },
         "times": {"x": {"units": [9, 9], "step_us": 60.0, "training_s": None}},
     }
@@ -265,6 +271,7 @@ def test_bars_are_of_the_worst_seed() -> None:
     assert found["handovers, pairs held out, gru: reached"].measured == 75.0
     assert found["handovers, pairs held out, gru3t: reached"].met is None
     assert found["violations with the filter, x, 10,000 encounters"].met is False
+    assert found["violations with the filter, x, 2,000 encounters, whole arms"].met is True
     assert found["one step, up to 2x9"].met is True
     assert found["training, up to 2x9, one core's time"].met is None
     text = "\n".join(lines(list(found.values())))

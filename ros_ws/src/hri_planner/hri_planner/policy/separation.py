@@ -36,6 +36,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hri_planner.policy.bounds import nearest_allowed
+from hri_planner.policy.limbs import places_of
 from hri_prediction.compiled import njit
 from hri_prediction.config import parameter, validate
 from hri_prediction.errors import ConfigError
@@ -163,8 +164,8 @@ def keep_separations(
     wanted: FloatArray,
     position: FloatArray,
     velocity: FloatArray,
-    partner: FloatArray,
-    partner_velocity: FloatArray,
+    joints: FloatArray,
+    speeds: FloatArray,
     dt: float,
     config: SeparationConfig,
 ) -> tuple[FloatArray, BoolArray]:
@@ -174,8 +175,8 @@ def keep_separations(
         wanted: Accelerations of the hands (n, 3) [m/s²].
         position: Of the hands (n, 3) [m].
         velocity: Of the hands (n, 3) [m/s].
-        partner: Places of the partners' hands (n, 3) [m].
-        partner_velocity: Of these (n, 3) [m/s].
+        joints: Of the partners' arms in order, or their hands alone (n, m, 3) [m].
+        speeds: Of these (n, m, 3) [m/s].
         dt: Time for which accelerations hold [s].
         config: Parameters.
 
@@ -188,8 +189,8 @@ def keep_separations(
         wanted,
         position,
         velocity,
-        partner,
-        partner_velocity,
+        joints,
+        speeds,
         dt,
         config.separation,
         config.hand_acceleration,
@@ -206,8 +207,8 @@ def _keep_separations(
     wanted: Any,
     position: Any,
     velocity: Any,
-    partner: Any,
-    partner_velocity: Any,
+    joints: Any,
+    speeds: Any,
     dt: float,
     separation: float,
     most: float,
@@ -216,15 +217,15 @@ def _keep_separations(
     kept: Any,
     changed: Any,
 ) -> None:
-    seen_now = np.zeros(1)
+    seen_now = np.zeros(2 * joints.shape[1] - 1)
     for row in range(len(wanted)):
-        one = slice(row, row + 1)
+        places, moving = places_of(joints[row], speeds[row], position[row])
         kept[row], changed[row] = kept_apart(
             wanted[row],
             position[row],
             velocity[row],
-            partner[one],
-            partner_velocity[one],
+            places,
+            moving,
             seen_now,
             dt,
             separation,

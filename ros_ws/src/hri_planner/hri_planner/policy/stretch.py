@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hri_planner.policy.partner import Partner, places_of
+from hri_planner.policy.limbs import places_of
+from hri_planner.policy.partner import Partner
 from hri_planner.policy.separation import SeparationConfig, kept_apart
 from hri_planner.policy.tool_velocity import ToolVelocity, joint_speeds
 from hri_planner.robot.kinematics import tool_jacobian

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,15 +25,15 @@ _SOFTLY_M = 0.02
 
 @dataclass(frozen=True, eq=False)
 class SeatedArm:
-    """The right arm of a person who looks in any direction, and leans towards far places.
+    """The right arm of a person who looks in any direction, and leans towards far places; or of many.
 
     Attributes:
-        shoulder: Where the shoulder is when sitting upright (3,) [m].
-        yaw: How far the person is turned from looking along -x [rad].
+        shoulder: Where the shoulder is when sitting upright (..., 3) [m].
+        yaw: How far the person is turned from looking along -x (...) [rad].
     """
 
     shoulder: FloatArray
-    yaw: float
+    yaw: ArrayLike
 
     @property
     def model(self) -> ArmModel:
@@ -45,7 +44,8 @@ class SeatedArm:
         """Keypoints of the arm.
 
         Args:
-            hand: Places of the hand tip (..., 3) [m], frame of the shoulder's place.
+            hand: Places of the hand tip (..., 3) [m], frame of the shoulder's place; one for each person,
+                where the arms are those of many.
 
         Returns:
             Shoulder, elbow, wrist, hand tip (..., 4, 3) [m]; the tip is where it was asked to be.
@@ -56,9 +56,11 @@ class SeatedArm:
         over = (distance - _UPRIGHT * model.reach[1]) / _SOFTLY_M
         lean = np.minimum(_SOFTLY_M * np.logaddexp(0.0, over), distance)
         shoulder = self.shoulder + lean * offset / np.maximum(distance, 1e-9)
-        cosine, sine = math.cos(self.yaw), math.sin(self.yaw)
-        turn = np.array(((cosine, -sine, 0.0), (sine, cosine, 0.0), (0.0, 0.0, 1.0)))
-        seen = (np.asarray(hand, dtype=float) - shoulder) @ turn
+        cosine, sine = np.cos(self.yaw), np.sin(self.yaw)
+        turn = np.zeros((*np.shape(self.yaw), 3, 3))
+        turn[..., 0, 0] = turn[..., 1, 1] = cosine
+        turn[..., 0, 1], turn[..., 1, 0], turn[..., 2, 2] = -sine, sine, 1.0
+        seen = np.einsum("...i,...ij->...j", np.asarray(hand, dtype=float) - shoulder, turn)
         arm = model.posture(seen, np.full(distance.shape[:-1], SWIVEL))
-        found: FloatArray = arm @ turn.T + shoulder[..., None, :]
+        found: FloatArray = np.einsum("...ki,...ji->...kj", arm, turn) + shoulder[..., None, :]
         return found

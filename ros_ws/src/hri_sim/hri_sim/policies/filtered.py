@@ -67,18 +67,18 @@ class Hands:
         self._wanted = np.zeros_like(start)
         self._count = 0
 
-    def step(self, partner: FloatArray, partner_velocity: FloatArray, going: BoolArray) -> None:
+    def step(self, joints: FloatArray, speeds: FloatArray, going: BoolArray) -> None:
         """One control period on.
 
         Args:
-            partner: Partners' hands (n, 3) [m].
-            partner_velocity: Of them (n, 3) [m/s].
+            joints: Of the partners' arms, the hand last, or their hands alone (n, m, 3) [m].
+            speeds: Of them (n, m, 3) [m/s].
             going: Which hands are on their way (n,); the others come to rest, and their networks wait.
                 It is asked at each step of the policy.
         """
         if self._count % self._per_step == 0:
             self._going = going[:, None]
-            self._ask(partner, partner_velocity)
+            self._ask(joints[:, -1], speeds[:, -1])
         self._count += 1
         wanted = np.where(self._going, self._wanted, self._braking())
         self.filtered[:] = False
@@ -87,8 +87,8 @@ class Hands:
                 wanted,
                 self.position,
                 self.velocity,
-                partner,
-                partner_velocity,
+                joints,
+                speeds,
                 self._period,
                 self._separation,
             )

@@ -7,7 +7,7 @@ which is what a bound on its acceleration is about.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -25,6 +25,9 @@ FloatArray = NDArray[np.float64]
 
 SECONDS = 7.0
 """200 steps of a policy after the latest onset."""
+Arm = Callable[[FloatArray], FloatArray]
+"""From hands (n, 3) [m] to the joints of their arms, hands last (n, m, 3) [m]."""
+
 _CHASE_STIFFNESS, _CHASE_DAMPING = 40.0, 8.0
 
 
@@ -35,9 +38,9 @@ class Meetings:
     Attributes:
         hand: Hands that the policy moved, at its time step (n, steps, 3) [m].
         partner: Their partners' (n, steps, 3) [m].
-        nearest: Smallest distance of both (n,) [m].
+        nearest: Smallest distance of the hand from the partner's, or its arm's axes (n,) [m].
         filtered: Share of the time in which the filter changed what the policy wanted (n,).
-        partner_acceleration: Largest of the partner (n,) [m/s²].
+        partner_acceleration: Largest of the partner's hand, or any joint of the arm (n,) [m/s²].
     """
 
     hand: FloatArray
@@ -45,6 +48,21 @@ class Meetings:
     nearest: FloatArray
     filtered: FloatArray
     partner_acceleration: FloatArray
+
+
+def _hand_alone(hands: FloatArray) -> FloatArray:
+    return hands[:, None]
+
+
+def distances(joints: FloatArray, points: FloatArray) -> FloatArray:
+    """Of points (n, 3) from the axes of arms, or single joints (n, m, 3) [m]."""
+    if joints.shape[1] == 1:
+        return np.asarray(np.linalg.norm(joints[:, 0] - points, axis=1))
+    begin, limb = joints[:, :-1], np.diff(joints, axis=1)
+    along = np.sum((points[:, None] - begin) * limb, axis=2)
+    share = np.clip(along / np.maximum(np.sum(limb**2, axis=2), 1e-12), 0.0, 1.0)
+    nearest = begin + share[..., None] * limb
+    return np.asarray(np.linalg.norm(nearest - points[:, None], axis=2).min(axis=1))
 
 
 def joined(parts: Sequence[Any]) -> Any:
@@ -76,6 +94,7 @@ def meet(
     *,
     separation: SeparationConfig | None = None,
     noise: GoalNoise | None = None,
+    arm: Arm | None = None,
 ) -> Meetings:
     """Let a policy take the learner's place.
 
@@ -87,9 +106,10 @@ def meet(
         rng: Draws the noise of the partner's muscles.
         separation: Parameters of the filter; none: without it.
         noise: Of what the policy sees.
+        arm: Of the partners, which the filter keeps clear of; none: it is of their hands alone.
     """
     hands = Hands(model, separation, reaches.start[:, 0], reaches.goal[:, 0], STEP_S, noise)
-    watch = _Watch(hands, reaches.onset[:, 0], round(model.dt / STEP_S))
+    watch = _Watch(hands, reaches.onset[:, 0], round(model.dt / STEP_S), arm or _hand_alone)
     for _ in moving(reaches, SECONDS, rng, watch.step):
         pass
     return watch.found()
@@ -112,7 +132,7 @@ def chased(
         acceleration: Largest acceleration of the partner [m/s²].
     """
     hands = Hands(model, separation, reaches.start[:, 0], reaches.goal[:, 0], STEP_S)
-    watch = _Watch(hands, np.zeros(len(reaches)), round(model.dt / STEP_S))
+    watch = _Watch(hands, np.zeros(len(reaches)), round(model.dt / STEP_S), _hand_alone)
     place = reaches.start[:, 1].copy()
     speed = np.zeros_like(place)
     for step in range(round(SECONDS / STEP_S) + 1):
@@ -135,7 +155,8 @@ def _cut(vectors: FloatArray, longest: float) -> FloatArray:
 class _Watch:
     """Moves hands beside partners, and keeps account."""
 
-    def __init__(self, hands: Hands, onset: FloatArray, per_step: int) -> None:
+    def __init__(self, hands: Hands, onset: FloatArray, per_step: int, arm: Arm) -> None:
+        self._arm = arm
         self._hands, self._onset, self._per_step = hands, onset, per_step
         n = len(onset)
         self._paths: list[tuple[FloatArray, FloatArray]] = []
@@ -148,16 +169,17 @@ class _Watch:
 
     def step(self, step: int, control: FloatArray) -> FloatArray:
         """Where the hands are at a step, given the partners' next control points (n, 3) [m]."""
-        last = control if self._last is None else self._last
-        place, speed = 0.5 * (last + control), (control - last) / STEP_S
+        joints = self._arm(control)
+        last = joints if self._last is None else self._last
+        place, speed = 0.5 * (last + joints), (joints - last) / STEP_S
         if self._last_speed is not None:
-            change = np.linalg.norm(speed - self._last_speed, axis=1) / STEP_S
+            change = np.linalg.norm(speed - self._last_speed, axis=2).max(axis=1) / STEP_S
             self._fiercest = np.maximum(self._fiercest, change)
-        self._last, self._last_speed = control.copy(), speed
+        self._last, self._last_speed = joints.copy(), speed
         hand = self._hands.position
-        self._nearest = np.minimum(self._nearest, np.linalg.norm(hand - place, axis=1))
+        self._nearest = np.minimum(self._nearest, distances(place, hand))
         if step % self._per_step == 0:
-            self._paths.append((hand, place))
+            self._paths.append((hand, place[:, -1]))
         self._hands.step(place, speed, step * STEP_S >= self._onset - 1e-9)
         self._filtered += self._hands.filtered
         self._steps += 1

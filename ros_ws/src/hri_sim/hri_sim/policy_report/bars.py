@@ -70,16 +70,10 @@ def bars(sections: Mapping[str, Any]) -> list[Bar]:
             what = f"handovers, pairs held out, {cell}: reached{which}"
             found.append(Bar(what, 100.0, False, "%", min(shares, default=None)))
     for name, kinds in sections["encounters"]["policies"].items():
-        one = kinds["bounded"]
-        found.append(
-            Bar(
-                f"violations with the filter, {name}, {one['encounters']:,} encounters",
-                0.0,
-                True,
-                "",
-                float(one["with"]["violations"]),
-            )
-        )
+        for kind, whole in (("bounded", ""), ("arms", ", whole arms")):
+            one = kinds[kind]
+            what = f"violations with the filter, {name}, {one['encounters']:,} encounters{whole}"
+            found.append(Bar(what, 0.0, True, "", float(one["with"]["violations"])))
     small = [one for one in sections["times"].values() if max(one["units"]) <= 9]
     steps = [one["step_us"] for one in small]
     seconds = [one["training_s"] for one in small if one["training_s"] is not None]

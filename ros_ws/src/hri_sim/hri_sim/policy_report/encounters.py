@@ -1,4 +1,8 @@
-"""The separation filter in ten thousand encounters with partners who do not give way."""
+"""The separation filter in ten thousand encounters with partners who do not give way.
+
+And in some thousand more with partners who chase the hand, and with partners whose whole arm is kept clear
+of as the node keeps clear of it.
+"""
 
 from __future__ import annotations
 
@@ -11,25 +15,28 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hri_planner.policy.config import PolicyConfig
 from hri_planner.policy.separation import SeparationConfig
 from hri_planner.rnn.metrics.reaching import REACHED_M, reach_steps
 from hri_planner.rnn.model import PolicyModel
 from hri_sim.benchmark.report import markdown_table
+from hri_sim.dyads.arms import SeatedArm
 from hri_sim.dyads.hands import STEP_S, Reaches
-from hri_sim.dyads.setups import draw_setups
+from hri_sim.dyads.setups import DyadSetup, draw_setups
 from hri_sim.policies.evaluation import finite
 from hri_sim.policies.evaluation_report import number
-from hri_sim.policies.meetings import Meetings, chased, draw_many, meet, taken
+from hri_sim.policies.meetings import Meetings, chased, distances, draw_many, meet, taken
 from hri_sim.policy_report.laboratory import Laboratory
 
 COUNT = 10_000
-CHASED = 2_000
+FURTHER = 2_000
 SMOKE_COUNT = 20
 FASTEST_M_S = 2.0
 """Of partners who chase the hand."""
 STRAYED_M = 0.3
 """A hand that ends so far from a free goal has strayed."""
-KINDS = ("bounded", "fiercer", "chasing")
+HANDS, CHASING, ARMS = "hands", "chasing", "arms"
+KINDS = ("bounded", "fiercer", CHASING, ARMS)
 
 _SETUPS, _EACH = 25, 20
 """Of one batch."""
@@ -44,50 +51,63 @@ class Batch:
     Attributes:
         file: Of the policy.
         number: Of the batch, which decides about its encounters.
-        chasing: Whether partners chase the hand.
+        kind: Partners whose hands reach, chase the hand, or reach with arms that are seen.
         setups: Number of setups, with twenty encounters each.
     """
 
     file: Path
     number: int
-    chasing: bool
+    kind: str
     setups: int = _SETUPS
+
+
+def arms_of(setups: Sequence[DyadSetup]) -> SeatedArm:
+    """Partners' arms, of each of the encounters in each of some setups."""
+    shoulders = np.array([setup.shoulders[1] for setup in setups])
+    yaws = np.array([setup.yaw[1] for setup in setups])
+    return SeatedArm(np.repeat(shoulders, _EACH, axis=0), np.repeat(yaws, _EACH))
 
 
 def measure(laboratory: Laboratory) -> dict[str, Any]:
     """Figures by policy and kind of partner, with and without the filter."""
     config = SeparationConfig()
-    count = SMOKE_COUNT if laboratory.smoke else COUNT
-    chasing = SMOKE_COUNT if laboratory.smoke else CHASED
+    counts = {HANDS: COUNT, CHASING: FURTHER, ARMS: FURTHER}
     found: dict[str, Any] = {}
     for policy in laboratory.compared():
         file = policy.file(laboratory.runs)
-        work = partial(encounter_batch, config=config)
-        parts: dict[bool, dict[str, NDArray[Any]]] = {}
-        for chases, wanted in ((False, count), (True, chasing)):
+        parts: dict[str, dict[str, NDArray[Any]]] = {}
+        for kind, most in counts.items():
+            wanted = min(most, SMOKE_COUNT) if laboratory.smoke else most
+            work = partial(encounter_batch, config=_of_the_node() if kind == ARMS else config)
             got: list[dict[str, NDArray[Any]]] = []
             # Some are drawn again: as many batches as it takes.
             while _enough(got) < wanted:
                 left = wanted - _enough(got)
                 size = 2 if laboratory.smoke else _SETUPS
                 more = -(-left // (size * _EACH * 9 // 10))
-                batches = [Batch(file, len(got) + i, chases, size) for i in range(more)]
+                batches = [Batch(file, len(got) + i, kind, size) for i in range(more)]
                 got += laboratory.all(f"encounters {policy.name}", work, batches)
-            parts[chases] = _trimmed(got, wanted)
-        beside = parts[False]
-        bounded = beside["partner_acceleration"] <= config.partner_acceleration
+            parts[kind] = _trimmed(got, wanted)
+        beside, chased_by = parts[HANDS], parts[CHASING]
+        bounded = _bounded(beside)
         found[policy.name] = {
             "bounded": summary(beside, bounded, config),
             "fiercer": summary(beside, ~bounded, config),
-            "chasing": summary(parts[True], np.ones(chasing, dtype=bool), config),
+            CHASING: summary(chased_by, _bounded(chased_by), config),
+            ARMS: summary(parts[ARMS], _bounded(parts[ARMS]), _of_the_node()),
             "drawn": int(beside["drawn"]),
         }
     return {
         "separation_m": config.separation,
+        "arm_separation_m": _of_the_node().separation,
         "hand_acceleration": config.hand_acceleration,
         "partner_acceleration": config.partner_acceleration,
         "policies": found,
     }
+
+
+def _of_the_node() -> SeparationConfig:
+    return PolicyConfig().separation_filter
 
 
 def _bounded(batch: Mapping[str, NDArray[Any]]) -> NDArray[np.bool_]:
@@ -123,15 +143,21 @@ def encounter_batch(batch: Batch, config: SeparationConfig) -> dict[str, NDArray
     from hri_planner.rnn.model_file import load_policy
 
     model = load_policy(batch.file)
-    rng = np.random.default_rng((_STREAM, batch.number, batch.chasing))
-    drawn = draw_many(draw_setups(batch.setups, rng), _EACH, rng)
-    apart = np.linalg.norm(drawn.start[:, 0] - drawn.start[:, 1], axis=1)
-    reaches = taken(drawn, apart >= config.separation).with_partner("none")
+    rng = np.random.default_rng((_STREAM, batch.number, (HANDS, CHASING, ARMS).index(batch.kind)))
+    setups = draw_setups(batch.setups, rng)
+    drawn = draw_many(setups, _EACH, rng)
+    arms = arms_of(setups) if batch.kind == ARMS else None
+    joints = drawn.start[:, 1:] if arms is None else arms.keypoints(drawn.start[:, 1])
+    apart = distances(joints, drawn.start[:, 0]) >= config.separation
+    reaches = taken(drawn, apart).with_partner("none")
+    if arms is not None:
+        arms = SeatedArm(arms.shoulder[apart], np.asarray(arms.yaw)[apart])
     muscles = int(rng.integers(2**31))
-    exact = _run(model, reaches, None, batch, config, muscles)
-    kept = _run(model, reaches, config, batch, config, muscles)
+    exact = _run(model, reaches, None, batch, config, muscles, arms)
+    kept = _run(model, reaches, config, batch, config, muscles, arms)
     goal = reaches.goal[:, 0]
-    there = np.linalg.norm(kept.partner[:, -1] - goal, axis=1)
+    last = kept.partner[:, -1]
+    there = distances(last[:, None] if arms is None else arms.keypoints(last), goal)
     found = {
         "drawn": np.array(len(drawn)),
         "partner_acceleration": kept.partner_acceleration,
@@ -152,12 +178,15 @@ def _run(
     batch: Batch,
     config: SeparationConfig,
     muscles: int,
+    arms: SeatedArm | None,
 ) -> Meetings:
-    if batch.chasing:
+    if batch.kind == CHASING:
         # A hair less, so that rounding does not count as more.
         most = config.partner_acceleration * (1.0 - 1e-9)
         return chased(model, reaches, separation, FASTEST_M_S, most)
-    return meet(model, reaches, np.random.default_rng(muscles), separation=separation)
+    rng = np.random.default_rng(muscles)
+    arm = None if arms is None else arms.keypoints
+    return meet(model, reaches, rng, separation=separation, arm=arm)
 
 
 def summary(
@@ -200,7 +229,8 @@ def _mean(values: NDArray[Any]) -> float | None:
 _SAID = {
     "bounded": "do not give way",
     "fiercer": "the same, accelerate more than the filter expects",
-    "chasing": f"chase the hand, at up to {FASTEST_M_S:g} m/s",
+    CHASING: f"chase the hand, at up to {FASTEST_M_S:g} m/s",
+    ARMS: "do not give way, the whole arm",
 }
 
 
@@ -247,7 +277,9 @@ def lines(found: Mapping[str, Any]) -> list[str]:
         "0.03 mm nearer than at both. Goal free: the partner does not end so near to the goal (separation "
         "+ 30 mm) that the filter must keep the hand off; terminal distances are of these. Strayed: "
         f"goal free, but the hand ended {STRAYED_M:g} m off or more: pushed to where the policy has learnt "
-        "nothing, it does not find back. Those who chase keep the bound, and never let go of the hand.\n",
+        "nothing, it does not find back. Those who chase keep the bound, and never let go of the hand. "
+        f"*The whole arm*: {found['arm_separation_m']:g} m from the axes of upper arm, forearm and hand of "
+        "seated people, by what moves the robot; none of whose joints accelerates more than expected.\n",
         markdown_table(
             [
                 "policy", "partners", "filter", "violations", "nearest [mm]", "reached [%]",
