@@ -4,6 +4,9 @@ Start the nodes first (see the README, "Each node by hand"), then::
 
     scripts/_run_in_env python examples/live/send_goal.py robot_1 --person person_1
     scripts/_run_in_env python examples/live/send_goal.py 0.45 -0.30 0.30
+    scripts/_run_in_env python examples/live/send_goal.py 0.45 -0.30 0.30 --then 0.5 0.2 0.3 --after 0.8
+
+It goes to the node that moves the robot, ptomp or policy; the goal of a policy may move on the way.
 
 Ctrl-C cancels the goal: the robot stops.
 """
@@ -17,6 +20,7 @@ import sys
 import time
 
 import rclpy
+from geometry_msgs.msg import PoseStamped
 from rclpy.action import ActionClient
 from rclpy.node import Node
 from rclpy.publisher import Publisher
@@ -52,6 +56,17 @@ def is_heard(node: Node, cues: Publisher, timeout_s: float = 5.0) -> bool:
     return heard
 
 
+def who_moves(node: Node, timeout_s: float = 5.0) -> str:
+    """The node that takes goals, waiting for one; empty: there is none."""
+    end = time.monotonic() + timeout_s
+    while time.monotonic() < end:
+        rclpy.spin_once(node, timeout_sec=0.1)
+        for mover in ("ptomp", "policy"):
+            if node.get_publishers_info_by_topic(f"/{mover}/reach_target/_action/status"):
+                return mover
+    return ""
+
+
 def wait_for(node: Node, future: Future, timeout_s: float = math.inf) -> bool:
     """Let messages in until an answer is there, or for so long; in short steps, for Ctrl-C."""
     end = time.monotonic() + timeout_s
@@ -66,6 +81,14 @@ def main() -> int:
     parser.add_argument("goal", nargs="+", help="name of a target, or X Y Z of the tool [m]")
     parser.add_argument("--duration", type=float, default=1.5, help="wanted duration [s]")
     parser.add_argument("--person", default="", help="target of the simulated person's hand")
+    parser.add_argument(
+        "--then",
+        nargs=3,
+        type=float,
+        metavar=("X", "Y", "Z"),
+        help="where a policy's goal moves [m]",
+    )
+    parser.add_argument("--after", type=float, default=0.5, help="when it does [s]")
     options = parser.parse_args()
     try:
         position = [float(word) for word in options.goal] if len(options.goal) > 1 else []
@@ -87,11 +110,20 @@ def main() -> int:
 
 def send(node: Node, options: argparse.Namespace, position: list[float]) -> int:
     """Send cue and goal, wait for the result; the exit code."""
-    client = ActionClient(node, ReachTarget, "ptomp/reach_target")
-    cues = node.create_publisher(Cue, "sim/cue", reliable(10))
-    if not client.wait_for_server(timeout_sec=5.0):
-        print("nobody serves /ptomp/reach_target: start the ptomp node first", file=sys.stderr)
+    mover = who_moves(node)
+    if not mover:
+        print(
+            "nobody serves /ptomp/reach_target or /policy/reach_target: start ptomp or policy first",
+            file=sys.stderr,
+        )
         return 1
+    if options.then and mover != "policy":
+        print("--then: only a policy's goal moves, and ptomp moves the robot", file=sys.stderr)
+        return 1
+    client = ActionClient(node, ReachTarget, f"{mover}/reach_target")
+    client.wait_for_server(timeout_sec=5.0)
+    moving = node.create_publisher(PoseStamped, "policy/goal", reliable(1))
+    cues = node.create_publisher(Cue, "sim/cue", reliable(10))
     if options.person and not is_heard(node, cues):
         print("nobody listens to /sim/cue: start the person first", file=sys.stderr)
         return 1
@@ -100,7 +132,7 @@ def send(node: Node, options: argparse.Namespace, position: list[float]) -> int:
     if position:
         point = goal.pose.pose.position
         point.x, point.y, point.z = position
-        goal.pose.header.frame_id = "world"
+        goal.pose.header.frame_id = WORLD
     else:
         goal.target = options.goal[0]
     if options.person:
@@ -124,6 +156,12 @@ def send(node: Node, options: argparse.Namespace, position: list[float]) -> int:
     try:
         wait_for(node, sent)
         answer = sent.result().get_result_async()
+        if options.then and not wait_for(node, answer, options.after):
+            later = PoseStamped()  # without a stamp: now
+            later.header.frame_id = WORLD
+            later.pose.position.x, later.pose.position.y, later.pose.position.z = options.then
+            moving.publish(later)
+            print("the goal has moved")
         wait_for(node, answer)
     except KeyboardInterrupt:
         # Taken by the planner, perhaps, without our having heard of it.

@@ -6,7 +6,14 @@ import pytest
 from hri_planner.policy.partner import Partner
 from hri_planner.robot.ik import solve_ik
 from hri_planner.robot.model import load_robot
-from hri_sim.launch.moving_goals import CLEAR_M, HANDOVER_M, SCENES, SWITCH_AFTER_S, draw_scene
+from hri_sim.launch.moving_goals import (
+    CLEAR_M,
+    HANDOVER_M,
+    RAISED_M,
+    SCENES,
+    SWITCH_AFTER_S,
+    draw_scene,
+)
 
 
 @pytest.mark.parametrize("name", sorted(SCENES))
@@ -50,7 +57,12 @@ def test_things_are_held_out_where_the_robot_gets_at_them(seed: int) -> None:
         assert reach.person_target is not None
         hand = np.array(scene.scenario.targets[reach.person_target])
         assert scene.scenario.person_of(index).arm.can_reach(hand)
-        goal = scene.leader(index, 1.0, hand)
+        held_out_s = reach.person_delay + reach.person_duration
+        goal, before = (scene.leader(index, held_out_s + off_s, hand) for off_s in (0.1, -0.1))
         assert goal is not None
+        assert before is not None
         assert np.linalg.norm(goal - hand) == pytest.approx(HANDOVER_M)
-        solve_ik(robot, goal, np.zeros(7), np.random.default_rng(0))
+        # Nobody's reach is over before the hand is held out.
+        assert before - goal == pytest.approx(np.array((0.0, 0.0, RAISED_M)))
+        for place in (goal, before):
+            solve_ik(robot, place, np.zeros(7), np.random.default_rng(0))

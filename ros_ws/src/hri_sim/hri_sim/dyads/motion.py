@@ -35,6 +35,10 @@ class DyadMotion:
         rng: Draws who they are and all that they do.
         pause: How long they rest between encounters [s].
         encounters: How many there are; 0: there is no end.
+
+    Attributes:
+        begun: Encounters that have begun.
+        over: Whether there will be none any more.
     """
 
     def __init__(
@@ -42,6 +46,7 @@ class DyadMotion:
     ) -> None:
         self.setup = setup
         self.begun = 0
+        self.over = False
         self.resting = True
         self._rng = rng
         self._pause_steps = round(pause / STEP_S)
@@ -77,6 +82,7 @@ class DyadMotion:
             for _ in range(self._pause_steps):
                 yield hands
             if self._encounters and self.begun == self._encounters:
+                self.over = True
                 while True:
                     yield hands
             goals = np.empty((2, 3))

@@ -26,6 +26,8 @@ SWITCH_AFTER_S = 0.5
 
 HANDOVER_M = 0.24
 """Distance of the tool's goal from the person's hand tip, towards the robot [m]."""
+RAISED_M = 0.08
+"""By so much higher, until the person holds the hand out [m]: nothing is reached before that."""
 
 CLEAR_M = 0.24
 """Goals that change are changed to such as are so far from the person's arm at rest [m]."""
@@ -73,7 +75,8 @@ def draw_scene(name: str, seed: int, reaches: int) -> Scene:
         scenario = drawn.model_copy(update={"reaches": kept, "name": f"switch_{seed}"})
         return Scene(scenario, _switch(later))
     if name == "handover":
-        return Scene(_handed_over(draw_scenario(seed, reaches), seed), _in_front_of_hand)
+        scenario = _handed_over(draw_scenario(seed, reaches), seed)
+        return Scene(scenario, _in_front_of_hand(scenario))
     return Scene(draw_scenario(seed, reaches))
 
 
@@ -123,9 +126,16 @@ def _switch(later: list[FloatArray]) -> Leader:
     return lead
 
 
-def _in_front_of_hand(index: int, elapsed_s: float, hand: FloatArray | None) -> FloatArray | None:
-    if hand is None:
-        return None
-    away = np.array((0.0, 0.0, _SHOULDER_HEIGHT_M)) - hand
-    goal: FloatArray = hand + HANDOVER_M * away / float(np.linalg.norm(away))
-    return goal
+def _in_front_of_hand(scenario: Scenario) -> Leader:
+    held_out_s = [reach.person_delay + reach.person_duration for reach in scenario.reaches]
+
+    def lead(index: int, elapsed_s: float, hand: FloatArray | None) -> FloatArray | None:
+        if hand is None:
+            return None
+        away = np.array((0.0, 0.0, _SHOULDER_HEIGHT_M)) - hand
+        goal: FloatArray = hand + HANDOVER_M * away / float(np.linalg.norm(away))
+        if elapsed_s < held_out_s[index]:
+            goal[2] += RAISED_M
+        return goal
+
+    return lead

@@ -237,9 +237,10 @@ def print_table(console: Console, summary: dict[str, Any]) -> None:
         console.print("[red]the robot touched the person[/]: a true clearance is not above 0")
     latency = summary["latency_ms"]["mocap_to_trajectory"]
     if latency["p50"] is not None:
+        rate_hz = summary["prediction_rate_hz"]
+        predicted = f"predictions {rate_hz:.0f} Hz, " if rate_hz else ""
         console.print(
-            f"mocap {summary['mocap_rate_hz']:.0f} Hz, predictions "
-            f"{summary['prediction_rate_hz']:.0f} Hz, newest sample to published trajectory "
+            f"mocap {summary['mocap_rate_hz']:.0f} Hz, {predicted}newest sample to published trajectory "
             f"{latency['p50']:.0f} ms median, {latency['p99']:.0f} ms p99",
             highlight=False,
         )

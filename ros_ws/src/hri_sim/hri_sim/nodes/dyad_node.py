@@ -61,6 +61,7 @@ class DyadNode(HriNode):
     def _people_anew(self) -> dict[str, CapturedBody]:
         config, rng = self._config, dyad_generator(self._seed)
         setup = draw_setup("dyad", config.arrangement, rng)
+        self._said = False
         self._motion = DyadMotion(setup, rng, pause=config.pause, encounters=config.encounters)
         place = Placement.parse(config.place)
         return dyad_bodies(self._motion, config.ids, self._seed, place)
@@ -78,6 +79,11 @@ class DyadNode(HriNode):
     def on_tick(self, now_ns: int) -> None:
         """Publish what the two do."""
         self._captured.tick(now_ns)
+        if self._motion.over and not self._said:
+            self._said = True
+            self.get_logger().info(
+                f"all {self._motion.begun} encounters are over: a recording may end"
+            )
 
     def health(self) -> tuple[bytes, str, dict[str, Any]]:
         """What they do."""
