@@ -48,6 +48,22 @@ def test_plain_lines(clock: _Clock) -> None:
     ]
 
 
+def test_plain_lines_say_what_is_left_and_how_it_goes(clock: _Clock) -> None:
+    console = Console(file=io.StringIO(), width=20)
+    with ProgressLine(console) as line:
+        line.say("training")
+        for done in (6, 7, 8, 26):  # gone on with: six were done before
+            clock.now += 10.0
+            line.count(done, 26, f"loss {done}")
+    assert console.file.getvalue().splitlines() == [  # type: ignore[attr-defined]
+        "training",
+        "training: 6 of 26, loss 6",
+        "training: 7 of 26, loss 7, 3 min left",
+        "training: 8 of 26, loss 8, 3 min left",
+        "training: 26 of 26, loss 26",
+    ]
+
+
 def test_a_terminal_gets_a_live_line() -> None:
     console = Console(file=io.StringIO(), width=80, force_terminal=True)
     with ProgressLine(console) as line:

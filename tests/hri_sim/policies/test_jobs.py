@@ -40,7 +40,7 @@ def test_a_policy_says_how_it_came_about(job: Job, tmp_path: Path) -> None:
     said: list[tuple[int, int, str]] = []
     path = train_job(job, tmp_path, 0, {"commit": "abc"}, lambda *words: said.append(words))
     assert [(done, of) for done, of, _ in said] == [(1, 3), (2, 3), (3, 3)]
-    assert said[0][2].startswith("imitation ")
+    assert said[0][2].startswith("imitation, validation ")
     model, trained = read_policy(path)
     assert model.network.units == (3, 3)
     assert trained["origin"] == {"commit": "abc"}

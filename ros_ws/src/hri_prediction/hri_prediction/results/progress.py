@@ -19,6 +19,9 @@ PLAIN_PERIOD_S = 2.0
 """A file or a pipe gets a line this often at most [s]."""
 
 
+_LEAST_LEFT_S = 5.0
+
+
 class ProgressLine:
     """Says what is done at present; a context manager.
 
@@ -45,6 +48,7 @@ class ProgressLine:
         self._said = ""
         self._next_s = 0.0
         self._text = ""
+        self._first: tuple[int, float] | None = None
 
     def __enter__(self) -> ProgressLine:
         if self._live is not None:
@@ -62,18 +66,35 @@ class ProgressLine:
 
     def say(self, text: str) -> None:
         """What is done from now on."""
-        self._text = text
+        self._text, self._first = text, None
         if self._live is not None:
             self._live.reset(self._line, total=None, description=text)
         else:
             self._plain(text)
 
-    def count(self, done: int, of: int) -> None:
-        """How many steps of it are done, of how many."""
+    def count(self, done: int, of: int, note: str = "") -> None:
+        """How many steps of it are done, of how many, and how it goes."""
         if self._live is not None:
-            self._live.update(self._line, completed=done, total=of)
+            text = f"{self._text} {note}".strip()
+            self._live.update(self._line, completed=done, total=of, description=text)
         else:
-            self._plain(f"{self._text}: {done} of {of}", last=done == of)
+            said = f", {note}" if note else ""
+            self._plain(
+                f"{self._text}: {done} of {of}{said}{self._left(done, of)}", last=done == of
+            )
+
+    def _left(self, done: int, of: int) -> str:
+        """How long it will take by what was counted so far, which may have begun in the middle."""
+        now = time.monotonic()
+        if self._first is None:
+            self._first = (done, now)
+        counted = done - self._first[0]
+        if not counted or done >= of:
+            return ""
+        left_s = (now - self._first[1]) / counted * (of - done)
+        if left_s < _LEAST_LEFT_S:
+            return ""
+        return f", {left_s / 60.0:.0f} min left" if left_s >= 90.0 else f", {left_s:.0f} s left"
 
     def _plain(self, text: str, last: bool = False) -> None:
         now = time.monotonic()

@@ -105,7 +105,8 @@ def train_job(
             done[0] = len(state.history)
             if said:
                 line = state.history[-1]
-                said(done[0], rounds(job), f"{line['stage']} {line['validation']:.4g}")
+                stage = str(line["stage"]).replace("_", " ")
+                said(done[0], rounds(job), f"{stage}, validation {line['validation']:.4g}")
 
     found = train(
         TrainingData(data.learnt, data.validation),

@@ -55,10 +55,9 @@ def train_all(
         (job,) = jobs
 
         def said(done: int, of: int, text: str) -> None:
-            progress.say(f"{job.name} {text}")
-            progress.count(done, of)
+            progress.count(done, of, text)
 
-        progress.say(f"{job.name}: data")
+        progress.say(job.name)
         train_job(job, out, data_seed, origin, said)
         return
     progress.say(f"{len(jobs)} policies")
