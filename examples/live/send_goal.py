@@ -161,7 +161,9 @@ def send(node: Node, options: argparse.Namespace, position: list[float]) -> int:
             later.header.frame_id = WORLD
             later.pose.position.x, later.pose.position.y, later.pose.position.z = options.then
             moving.publish(later)
-            print("the goal has moved")
+            print(
+                "sent on: a goal that cannot be is named on /diagnostics, and the one before stays"
+            )
         wait_for(node, answer)
     except KeyboardInterrupt:
         # Taken by the planner, perhaps, without our having heard of it.

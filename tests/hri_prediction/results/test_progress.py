@@ -33,7 +33,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> _Clock:
 
 
 def test_plain_lines(clock: _Clock) -> None:
-    console = Console(file=io.StringIO(), width=20)
+    console = Console(file=(said := io.StringIO()), width=20)
     with ProgressLine(console) as line:
         line.say("reading [a] long name of a file.npz")
         line.say("too soon to be said")
@@ -41,7 +41,7 @@ def test_plain_lines(clock: _Clock) -> None:
         line.say("folds")
         for done in range(5):
             line.count(done, 4)
-    assert console.file.getvalue().splitlines() == [  # type: ignore[attr-defined]
+    assert said.getvalue().splitlines() == [
         "reading [a] long name of a file.npz",
         "folds",
         "folds: 4 of 4",
@@ -49,13 +49,13 @@ def test_plain_lines(clock: _Clock) -> None:
 
 
 def test_plain_lines_say_what_is_left_and_how_it_goes(clock: _Clock) -> None:
-    console = Console(file=io.StringIO(), width=20)
+    console = Console(file=(said := io.StringIO()), width=20)
     with ProgressLine(console) as line:
         line.say("training")
         for done in (6, 7, 8, 26):  # gone on with: six were done before
             clock.now += 10.0
             line.count(done, 26, f"loss {done}")
-    assert console.file.getvalue().splitlines() == [  # type: ignore[attr-defined]
+    assert said.getvalue().splitlines() == [
         "training",
         "training: 6 of 26, loss 6",
         "training: 7 of 26, loss 7, 3 min left",
@@ -65,12 +65,12 @@ def test_plain_lines_say_what_is_left_and_how_it_goes(clock: _Clock) -> None:
 
 
 def test_a_terminal_gets_a_live_line() -> None:
-    console = Console(file=io.StringIO(), width=80, force_terminal=True)
+    console = Console(file=(said := io.StringIO()), width=80, force_terminal=True)
     with ProgressLine(console) as line:
         line.say("folds")
         line.count(3, 4)
-    assert "3/4" in console.file.getvalue()  # type: ignore[attr-defined]
-    assert "\x1b[" in console.file.getvalue()  # type: ignore[attr-defined]
+    assert "3/4" in said.getvalue()
+    assert "\x1b[" in said.getvalue()
 
 
 def test_piped_scripts_print_plain_lines(tmp_path: Path) -> None:
