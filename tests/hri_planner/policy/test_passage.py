@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hri_planner.policy.passage import Passage
-from hri_planner.policy.runner import HandState
+from hri_planner.policy.hand import HandState
 
 DT = 0.004
 ACCELERATION = np.array((0.5, -1.0, 2.0))

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
 
+from hri_planner.dmp.potential_field import FieldConfig
+from hri_planner.dmp.runner import DmpRunner
+from hri_planner.pibb.initial import straight_policy
 from hri_planner.policy.partner import Partner
 from hri_planner.policy.separation import SeparationConfig
 from hri_planner.policy.stretch import Limits, stretch
@@ -44,4 +48,11 @@ def warm_kernels() -> None:
     partner.distance(goal)
     limits = Limits(SeparationConfig(), True, 0.0)
     still = np.zeros(3)
-    stretch(goal, still, still, start, np.zeros(7), [partner], 1, 0.004, limits, inverse)
+    for reach in (0.0, 0.1):
+        limits = replace(limits, link_reach=reach)
+        stretch(goal, still, still, start, np.zeros(7), [partner], 1, 0.004, limits, inverse)
+    policy = straight_policy(robot, start, {"goal": goal}, limits.boxes, 1.0)
+    runner = DmpRunner(policy, FieldConfig(), limits, 0.004)
+    tool = robot.frames(start)[3]
+    runner.set_out(tool, goal, 0.0)
+    runner.move(runner.begin(tool), goal, [partner], start, np.zeros(7), 1, inverse)

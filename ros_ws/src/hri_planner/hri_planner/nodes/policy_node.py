@@ -1,7 +1,7 @@
-"""Policy node: moves the tool as a policy that was learnt from people would move a hand beside theirs.
+"""Policy node: moves the tool as a policy says, a network learnt from people or movement primitives.
 
 Each cycle the policy goes on from where the robot will be, with what motion capture says of the
-partner's hand; its acceleration is filtered so that the set separation is kept, and the joints follow
+partner; its acceleration is filtered so that the set separation is kept, and the joints follow
 (:mod:`hri_planner.policy`).
 """
 
@@ -12,12 +12,14 @@ from typing import Any
 
 from geometry_msgs.msg import PoseStamped
 
+from hri_planner.dmp.policy import DmpPolicy
 from hri_planner.nodes.motion_node import TICK_S, MotionNode
 from hri_planner.nodes.policy_config import PolicyNodeConfig
 from hri_planner.nodes.policy_replanning import PolicyReplanning
 from hri_planner.nodes.policy_reporting import PolicyReporting
 from hri_planner.policy.config import PolicyConfig
-from hri_planner.rnn.model_file import find_policy, load_policy
+from hri_planner.policy.model_file import find_any, load_any
+from hri_planner.policy.planner import AnyPolicy
 from hri_planner.ros.arms import ArmInputs, Arms
 from hri_planner.ros.goals import moving_position_of
 from hri_planner.warm import warm_kernels
@@ -39,7 +41,7 @@ class PolicyNode(MotionNode):
         self._max_goal_age_s = config.max_goal_age
         self.replanning = PolicyReplanning(
             self._robot,
-            load_policy(find_policy(config.policy)),
+            load_any(find_any(config.policy)),
             config,
             policy,
             inputs,
@@ -55,8 +57,8 @@ class PolicyNode(MotionNode):
         self.serve(LoadModel, "~/load_model", self._on_load_model)
 
     def duration_of(self, request: ReachTarget.Goal) -> float:
-        """Policies take the time that they have learnt."""
-        return 0.0
+        """Networks take the time that they have learnt; movement primitives what is asked for."""
+        return float(request.duration)
 
     def _on_moving_goal(self, message: PoseStamped) -> None:
         """Move the goal of the present motion; what is held stays."""
@@ -80,7 +82,7 @@ class PolicyNode(MotionNode):
         try:
             if self._supervisor.motion is not None or self.replanning.worker.busy:
                 raise PlanningError("a motion is under way", hint="cancel it, or wait for its end")
-            model = load_policy(find_policy(request.path))
+            model = load_any(find_any(request.path))
             self.replanning.planner.check_model(model)
         except HriError as error:
             response.success, response.message = False, str(error)
@@ -90,9 +92,15 @@ class PolicyNode(MotionNode):
             self._carry_out(self.now_ns(), self._supervisor.release("another policy was loaded"))
         self.replanning.planner.use(model)
         self._reporting.policy = request.path
-        units = "x".join(map(str, model.network.units))
-        response.success, response.message = True, f"{request.path}: {model.network.kind} {units}"
+        response.success, response.message = True, f"{request.path}: {_described(model)}"
         return response
+
+
+def _described(model: AnyPolicy) -> str:
+    """In a few words."""
+    if isinstance(model, DmpPolicy):
+        return f"movement primitives to {', '.join(model.names)}"
+    return f"{model.network.kind} {'x'.join(map(str, model.network.units))}"
 
 
 def main(args: list[str] | None = None) -> int:

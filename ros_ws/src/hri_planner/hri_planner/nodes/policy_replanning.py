@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from hri_planner.nodes.motions import Failed, MadePlan
 from hri_planner.nodes.policy_config import PolicyNodeConfig
 from hri_planner.policy.config import PolicyConfig
-from hri_planner.policy.planner import Cycle, PolicyPlanner, PolicySnapshot
-from hri_planner.rnn.model import PolicyModel
+from hri_planner.policy.planner import AnyPolicy, Cycle, PolicyPlanner, PolicySnapshot
 from hri_planner.robot.model import RobotModel
 from hri_planner.ros.arms import ArmInputs
 from hri_planner.ros.handover import Handover
@@ -58,7 +57,7 @@ class PolicyReplanning:
     def __init__(
         self,
         robot: RobotModel,
-        model: PolicyModel,
+        model: AnyPolicy,
         config: PolicyNodeConfig,
         policy_config: PolicyConfig,
         inputs: ArmInputs,
@@ -81,6 +80,8 @@ class PolicyReplanning:
                 policy_config,
                 np.random.default_rng(0),
                 floor=floor,
+                boxes=config.boxes,
+                limb_radii=config.radii.tolist(),
                 # The tool follows the hand, and is to be within the whole of it.
                 arrived=_SHARE * config.goal_tolerance,
             ),
@@ -105,7 +106,7 @@ class PolicyReplanning:
         """
         state = self.handover.state_at(handover_ns)
         q, qd = self._inputs.state if state is None else state[:2]
-        self.planner.start(q, qd, goal.target, 0.0)
+        self.planner.start(q, qd, goal.target, 0.0, goal.duration_s)
         self._goal = None
         self.handover.begin(handover_ns)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from hri_planner.dmp.potential_field import FieldConfig
 from hri_planner.policy.separation import SeparationConfig
 from hri_planner.policy.tool_velocity import ToolVelocityConfig
 from hri_prediction.config import parameter, validate
@@ -50,6 +51,29 @@ class PolicyConfig:
     joint_acceleration: float = parameter(
         25.0, "Largest acceleration of a joint", unit="rad/s^2", low=0.1, high=200.0
     )
+    box_margin: float = parameter(
+        0.02, "Distance of the tool's capsule from boxes that is kept", unit="m", low=0.0, high=0.5
+    )
+    link_reach: float = parameter(
+        0.12, "Distance of people within which upper and lower arm of the robot give way to them, so far "
+        "as the tool's motion lets them; 0: never", unit="m", low=0.0, high=0.5,
+    )  # fmt: skip
+    link_gain: float = parameter(
+        4.0, "Share of what is missing to that distance that is made up a second", unit="1/s", low=0.0,
+        high=20.0,
+    )  # fmt: skip
+    field_strength: float = parameter(
+        FieldConfig.strength, "Potential field of movement primitives: how strongly what is approached "
+        "pushes; 0: not at all", unit="m^2/s", low=0.0, high=10.0,
+    )  # fmt: skip
+    field_exponent: float = parameter(
+        FieldConfig.exponent, "Potential field: the larger, the less what is not straight ahead counts",
+        low=2.0, high=10.0,
+    )  # fmt: skip
+    field_nearest: float = parameter(
+        FieldConfig.nearest, "Potential field: distances of surfaces below this count as this",
+        unit="m", low=1e-3, high=0.5,
+    )  # fmt: skip
     arrived_speed: float = parameter(
         0.02, "Speed below which a hand at its goal counts as at rest", unit="m/s", low=1e-4
     )
@@ -69,6 +93,11 @@ class PolicyConfig:
         return SeparationConfig(
             self.separation, self.hand_acceleration, self.partner_acceleration, self.approach
         )
+
+    @property
+    def field(self) -> FieldConfig:
+        """The potential field."""
+        return FieldConfig(self.field_strength, self.field_exponent, self.field_nearest)
 
     @property
     def inverse_kinematics(self) -> ToolVelocityConfig:

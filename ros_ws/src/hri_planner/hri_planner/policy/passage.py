@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from hri_planner.policy.runner import HandState
+from hri_planner.policy.hand import HandState
 
 _SAME_S = 1e-6
 """Times that differ by less are one."""

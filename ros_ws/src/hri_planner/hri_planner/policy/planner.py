@@ -14,12 +14,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hri_planner.dmp.policy import DmpPolicy
+from hri_planner.dmp.runner import DmpRunner
 from hri_planner.policy.config import PolicyConfig
+from hri_planner.policy.hand import HandState
+from hri_planner.policy.mover import Mover
 from hri_planner.policy.partner import Partner
 from hri_planner.policy.passage import Passage
 from hri_planner.policy.rest import coming_to_rest
-from hri_planner.policy.runner import HandState, PolicyRunner
-from hri_planner.policy.stretch import Limits, Moved, stretch
+from hri_planner.policy.runner import PolicyRunner
+from hri_planner.policy.separation import NO_BOXES
+from hri_planner.policy.stretch import Limits, Moved
 from hri_planner.policy.tool_velocity import ToolVelocity
 from hri_planner.ptomp.plan import JointPlan
 from hri_planner.rnn.model import PolicyModel
@@ -28,6 +33,9 @@ from hri_planner.robot.model import RobotModel
 from hri_prediction.errors import PlanningError
 
 FloatArray = NDArray[np.float64]
+
+AnyPolicy = PolicyModel | DmpPolicy
+"""A network, or movement primitives."""
 
 CONTROL_PERIOD_S = 0.004
 """Of the hand's steps, and of the points of plans [s]."""
@@ -81,20 +89,28 @@ class PolicyPlanner:
         config: Parameters.
         rng: Draws where the search for a goal's posture begins.
         floor: Height that the tool stays above [m]; none: any.
+        boxes: Centre and half the size of boxes that it stays out of, edges along the axes
+            (k, 2, 3) [m], base frame.
+        limb_radii: Of people's upper arm, forearm and hand [m].
         arrived: Distance from the goal at which the hand counts as there [m].
 
     Attributes:
+        model: The policy.
         plan: The newest plan; none before the first reach.
     """
+
+    model: AnyPolicy
 
     def __init__(
         self,
         robot: RobotModel,
-        model: PolicyModel,
+        model: AnyPolicy,
         config: PolicyConfig,
         rng: np.random.Generator,
         *,
         floor: float | None = None,
+        boxes: FloatArray = NO_BOXES,
+        limb_radii: Sequence[float] = Limits.limb_radii,
         arrived: float = 0.004,
     ) -> None:
         self.robot = robot
@@ -102,33 +118,35 @@ class PolicyPlanner:
         self.config = config
         self.floor = floor
         self._rng = rng
-        self._inverse = ToolVelocity(robot, config.inverse_kinematics)
+        self._limits = limits_of(robot, config, floor=floor, boxes=boxes, limb_radii=limb_radii)
         self.use(model)
 
-    def use(self, model: PolicyModel) -> None:
+    def use(self, model: AnyPolicy) -> None:
         """Go over to another policy; a reach that is under way is forgotten."""
-        separation = self.config.separation_filter if self.config.filter else None
-        self._runner = PolicyRunner(model, separation, CONTROL_PERIOD_S, self.floor)
-        self._settled = self._runner.settled()
-        self._limits = Limits(self.config.separation_filter, self.config.filter, self.floor)
+        self.model = model
+        self._runner = self._runner_of(model)
+        self._inverse = ToolVelocity(
+            self.robot, self.config.inverse_kinematics, self._runner.posture
+        )
         self.plan: JointPlan | None = None
         self._passage: Passage | None = None
         self._trail: tuple[HandState, ...] = ()
         self._goal = np.zeros(3)
         self._rested_s = 0.0
 
-    def check_model(self, model: PolicyModel) -> None:
+    def check_model(self, model: AnyPolicy) -> None:
         """Check that a policy can be gone over to.
 
         Raises:
             DataError: when its time step does not fit.
         """
-        PolicyRunner(model, None, CONTROL_PERIOD_S)
+        self._runner_of(model)
 
-    @property
-    def model(self) -> PolicyModel:
-        """The policy."""
-        return self._runner.model
+    def _runner_of(self, model: AnyPolicy) -> Mover:
+        if isinstance(model, DmpPolicy):
+            return DmpRunner(model, self.config.field, self._limits, CONTROL_PERIOD_S)
+        separation = self.config.separation_filter if self.config.filter else None
+        return PolicyRunner(model, separation, CONTROL_PERIOD_S, self.floor, limits=self._limits)
 
     def check(self, goal: FloatArray, q: FloatArray) -> None:
         """Check a goal.
@@ -149,21 +167,33 @@ class PolicyPlanner:
             )
         solve_ik(self.robot, np.array(goal, dtype=float), np.array(q, dtype=float), self._rng)
 
-    def start(self, q: FloatArray, qd: FloatArray, goal: FloatArray, time_s: float) -> None:
-        """Begin a reach. At rest the policy begins anew; in flight it remembers what it did.
+    def start(
+        self,
+        q: FloatArray,
+        qd: FloatArray,
+        goal: FloatArray,
+        time_s: float,
+        duration_s: float = 0.0,
+    ) -> None:
+        """Begin a reach. At rest the policy begins anew; in flight a network remembers what it did.
 
         Args:
             q: Joint angles (7,) [rad].
             qd: Joint speeds (7,) [rad/s].
             goal: Where the tool is to go (3,) [m], base frame.
             time_s: Plan clock [s].
+            duration_s: How long it is to take [s]; 0, and always for networks: as the policy has it.
 
         Raises:
-            PlanningError: when the state or goal cannot be used, or no posture reaches the goal.
+            PlanningError: when the state or goal cannot be used, no posture reaches the goal, or the
+                policy knows no way to it.
         """
         if not self.robot.within_limits(np.asarray(q), 1e-3):
             raise PlanningError("start posture lies outside of the joint limits")
         self.check(goal, q)
+        self._runner.set_out(self._inverse.tool(np.array(q, dtype=float)), goal, duration_s)
+        if not self._runner.recurrent:
+            self._trail = ()
         self._goal = np.array(goal, dtype=float)
         self._stand(np.array(q, dtype=float), np.array(qd, dtype=float), time_s)
 
@@ -213,7 +243,7 @@ class PolicyPlanner:
         if self.plan is None:
             raise PlanningError("replan without an active reach", hint="call start first")
         first, ahead, q, qd = self._at(handover_s)
-        if self._passage is not None:
+        if self._passage is not None and self._runner.recurrent:
             first = self._awake(first, self._passage.before_end_s - (self.plan.end_s - handover_s))
         count = max(round(horizon_s / CONTROL_PERIOD_S), 1)
         hands: list[HandState] = [first]
@@ -221,21 +251,17 @@ class PolicyPlanner:
         while len(hands) <= count:
             hand, done_s = hands[-1], (len(hands) - 1) * CONTROL_PERIOD_S
             known = [partner.later(done_s) for partner in partners]
-            wanted, memory = self._runner.asked(hand, self._goal, known)
-            moved = stretch(
-                hand.position,
-                hand.velocity,
-                wanted,
+            moved, later = self._runner.move(
+                hand,
+                self._goal,
+                known,
                 parts[-1].q[-1] if parts else q,
                 parts[-1].qd[-1] if parts else qd,
-                known,
-                min(self._runner.until_asked(hand), count + 1 - len(hands)),
-                CONTROL_PERIOD_S,
-                self._limits,
+                count + 1 - len(hands),
                 self._inverse,
             )
             parts.append(moved)
-            hands += self._runner.after(hand, moved, wanted, memory)
+            hands += later
         angles = np.concatenate((q[None], *(part.q for part in parts)))
         speeds = np.concatenate((qd[None], *(part.qd for part in parts)))
         if not (np.isfinite(angles).all() and np.isfinite(speeds).all()):
@@ -248,7 +274,7 @@ class PolicyPlanner:
         there = away < self._arrived and speed < self.config.arrived_speed
         filtered, reason = any(hand.filtered for hand in hands), ""
         if filtered:
-            reason = "kept at a distance from the partner or the table"
+            reason = "kept at a distance from the partner, the table or a box"
         elif any(part.strayed.any() for part in parts):
             reason = "the joints are at their limits"
         return Cycle(
@@ -299,7 +325,7 @@ class PolicyPlanner:
         """
         if not self._trail:
             beside = float(np.linalg.norm(tool - self._goal)) < _BESIDE_M
-            return self._settled if beside else None
+            return self._runner.settled(self._goal) if beside else None
         places = np.array([hand.position for hand in self._trail])
         return self._trail[int(np.argmin(np.sum((places - tool) ** 2, axis=1)))].memory
 
@@ -326,3 +352,27 @@ class PolicyPlanner:
         times = begin_s + CONTROL_PERIOD_S * np.arange(len(q))
         knots = (np.concatenate(pair) for pair in zip((q, qd, qdd), rest, strict=True))
         return JointPlan(np.append(times, times[-1] + later), *knots)
+
+
+def limits_of(
+    robot: RobotModel,
+    config: PolicyConfig,
+    *,
+    floor: float | None,
+    boxes: FloatArray = NO_BOXES,
+    limb_radii: Sequence[float] = Limits.limb_radii,
+) -> Limits:
+    """What a tool keeps to; arguments as of :class:`PolicyPlanner`."""
+    radii = robot.capsule_radii
+    return Limits(
+        config.separation_filter,
+        config.filter,
+        floor,
+        np.ascontiguousarray(boxes, dtype=float),
+        margin=float(radii[2]) + config.box_margin,
+        limb_radii=tuple(float(radius) for radius in limb_radii),
+        tool_radius=float(radii[2]),
+        link_radii=(float(radii[0]), float(radii[1])),
+        link_reach=config.link_reach,
+        link_gain=config.link_gain,
+    )

@@ -11,11 +11,11 @@ exactly, and where nothing interferes the hand follows the curve that the networ
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hri_planner.policy.hand import HandState, hand_at
 from hri_planner.policy.partner import Partner
 from hri_planner.policy.separation import (
     NOWHERE,
@@ -23,7 +23,8 @@ from hri_planner.policy.separation import (
     keep_separation,
     together,
 )
-from hri_planner.policy.stretch import Moved
+from hri_planner.policy.stretch import Limits, Moved, stretch
+from hri_planner.policy.tool_velocity import ToolVelocity
 from hri_planner.rnn.model import PolicyModel
 from hri_prediction.errors import DataError
 
@@ -35,29 +36,6 @@ _SETTLING_STEPS = 200
 """Of the network: as many as a roll-out has."""
 
 
-@dataclass(frozen=True, eq=False)
-class HandState:
-    """Of the tool that a policy moves, and of the policy.
-
-    Attributes:
-        position: Shape (3,) [m].
-        velocity: Shape (3,) [m/s].
-        acceleration: What was held until now (3,) [m/s²].
-        filtered: Whether a filter had changed it.
-        memory: What the network remembers.
-        wanted: What the network asked for last (3,) [m/s²].
-        count: Control steps since it was asked.
-    """
-
-    position: FloatArray
-    velocity: FloatArray
-    acceleration: FloatArray
-    filtered: bool
-    memory: FloatArray
-    wanted: FloatArray
-    count: int
-
-
 class PolicyRunner:
     """Moves hands; it remembers nothing itself.
 
@@ -67,10 +45,14 @@ class PolicyRunner:
         control_period: Of calls of :meth:`step`; a whole number of them makes a step of the network
             [s].
         floor: Height that the hand stays above [m]; none: any.
+        limits: What :meth:`move` keeps to besides, and how far that is from people; none: only these.
 
     Raises:
         DataError: when the period does not fit into the network's.
     """
+
+    recurrent = True
+    posture = None
 
     def __init__(
         self,
@@ -78,6 +60,8 @@ class PolicyRunner:
         separation: SeparationConfig | None,
         control_period: float,
         floor: float | None = None,
+        *,
+        limits: Limits | None = None,
     ) -> None:
         per_step = model.dt / control_period
         if per_step < 1.0 - 1e-9 or abs(per_step - round(per_step)) > 1e-6:
@@ -91,6 +75,8 @@ class PolicyRunner:
         self._per_step = round(per_step)
         self._floor = floor
         self._limits = separation or SeparationConfig()
+        self._kept_to = limits or Limits(self._limits, separation is not None, floor)
+        self._settled: FloatArray | None = None
 
     def begin(
         self, position: ArrayLike, velocity: ArrayLike = (0.0, 0.0, 0.0), *,
@@ -106,18 +92,20 @@ class PolicyRunner:
         Raises:
             DataError: when position or velocity is not finite.
         """
-        place, speed = np.array(position, dtype=float), np.array(velocity, dtype=float)
-        for values in (place, speed):
-            if values.shape != (3,) or not np.isfinite(values).all():
-                raise DataError(
-                    f"hand at {place}, velocity {speed}", expected="three finite numbers each"
-                )
         if memory is None:
             memory = self.model.network.initial_state()
-        return HandState(place, speed, np.zeros(3), False, memory, np.zeros(3), 0)
+        return hand_at(position, velocity, memory)
 
-    def settled(self) -> FloatArray:
+    def set_out(self, tool: FloatArray, goal: FloatArray, duration: float) -> None:
+        """Networks know a way to any goal, and take the time that they have learnt."""
+
+    def settled(self, goal: FloatArray) -> FloatArray:
         """What the network remembers that has been at rest at its goal for long, with nobody near."""
+        if self._settled is None:
+            self._settled = self._rested()
+        return self._settled
+
+    def _rested(self) -> FloatArray:
         place = np.zeros(3)
         memory = self.model.network.initial_state()
         for _ in range(_SETTLING_STEPS):
@@ -170,6 +158,24 @@ class PolicyRunner:
         other = min(others, key=lambda p: float(np.sum((p - ahead) ** 2)), default=FAR_M)
         return self.model.accelerate(ahead, goal, other, now.memory)
 
+    def move(
+        self,
+        hand: HandState,
+        goal: FloatArray,
+        partners: Sequence[Partner],
+        q: FloatArray,
+        qd: FloatArray,
+        most: int,
+        inverse: ToolVelocity,
+    ) -> tuple[Moved, list[HandState]]:
+        """Control steps until the network is asked again; see :class:`hri_planner.policy.mover.Mover`."""
+        wanted, memory = self.asked(hand, goal, partners)
+        moved = stretch(
+            hand.position, hand.velocity, wanted, q, qd, partners,
+            min(self._per_step - hand.count, most), self.period, self._kept_to, inverse,
+        )  # fmt: skip
+        return moved, self.after(hand, moved, wanted, memory)
+
     def after(
         self, hand: HandState, moved: Moved, wanted: FloatArray, memory: FloatArray
     ) -> list[HandState]:
@@ -186,10 +192,6 @@ class PolicyRunner:
             )
             for index in range(len(moved.filtered))
         ]
-
-    def until_asked(self, now: HandState) -> int:
-        """Control steps until the network is asked after this time."""
-        return self._per_step - now.count
 
     def _kept(
         self, now: HandState, wanted: FloatArray, partners: Sequence[Partner]

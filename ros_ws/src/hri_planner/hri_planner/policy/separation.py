@@ -16,13 +16,13 @@ would be by its velocity then, which differs by at most a_partner t.
 
 Of an arm, each joint and the place of each limb next to the hand are kept clear of, not only the
 nearest: a fist may come from behind a forearm. Each gives a half-space of accelerations; the one nearest
-to the wanted in all of them is found by Hildreth's method (1957). What is below, as a table, is one
-more of them, which rests.
+to the wanted in all of them is found by Hildreth's method (1957). What is below, as a table, and boxes
+are more of them, which rest.
 
 Nothing can be promised when the partner is nearer than that to begin with, is faster than the hand
 and chases it, or when the hand has nowhere to go: between two people, or in the bend of an arm, each of
-whom it could keep clear of alone. Then people come before the table, and none of them is missed by much
-more than must be.
+whom it could keep clear of alone. Then people come before table and boxes, and none of them is missed by
+much more than must be.
 """
 
 from __future__ import annotations
@@ -108,6 +108,7 @@ class Places:
     age: FloatArray
 
 
+NO_BOXES = np.zeros((0, 2, 3))
 NOWHERE = Places(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
 
 
@@ -131,6 +132,8 @@ def keep_separation(
     config: SeparationConfig,
     *,
     floor: float | None = None,
+    boxes: FloatArray = NO_BOXES,
+    margin: float = 0.0,
 ) -> Filtered:
     """The acceleration nearest to the wanted one that keeps the separation.
 
@@ -142,6 +145,8 @@ def keep_separation(
         dt: Time for which the acceleration holds [s].
         config: Parameters.
         floor: Height that the hand stays above [m]; none: any. People come before it.
+        boxes: Centre and half the size of boxes, edges along the axes (k, 2, 3) [m]; people come first.
+        margin: Distance from the boxes that is kept [m].
     """
     acceleration, changed = kept_apart(
         wanted,
@@ -156,6 +161,8 @@ def keep_separation(
         config.partner_acceleration,
         config.approach,
         -math.inf if floor is None else floor,
+        boxes,
+        margin,
     )
     return Filtered(acceleration, bool(changed))
 
@@ -233,6 +240,8 @@ def _keep_separations(
             theirs,
             approach,
             -np.inf,
+            NO_BOXES,
+            0.0,
         )
 
 
@@ -250,10 +259,13 @@ def kept_apart(
     theirs: float,
     approach: float,
     floor: float,
+    boxes: Any,
+    margin: float,
 ) -> Any:
     """Acceleration (3,), and whether it is another one than the wanted."""
     count = len(places)
-    outward, least = np.zeros((count + 1, 3)), np.full(count + 1, -np.inf)
+    bounds = count + 1 + len(boxes)
+    outward, least = np.zeros((bounds, 3)), np.full(bounds, -np.inf)
     for index in range(count):
         squares = 0.0
         for k in range(3):
@@ -278,6 +290,14 @@ def kept_apart(
         room = max(position[2] - floor, -separation)
         gentle = _gentle(room, -velocity[2], most, 0.0, approach)
         least[count] = max(gentle, _least_outward(room, -velocity[2], dt, most, 0.0))
+    for index in range(len(boxes)):
+        bound = count + 1 + index
+        room = _from_box(position, boxes[index], outward[bound]) - margin
+        closing = 0.0
+        for k in range(3):
+            closing -= outward[bound, k] * velocity[k]
+        gentle = _gentle(room, closing, most, 0.0, approach)
+        least[bound] = max(gentle, _least_outward(room, closing, dt, most, 0.0))
     length = math.sqrt(wanted[0] ** 2 + wanted[1] ** 2 + wanted[2] ** 2)
     limited = wanted * (most / length) if length > most else wanted.copy()
     found = nearest_allowed(limited, outward, np.minimum(least, most), most, count)
@@ -285,6 +305,26 @@ def kept_apart(
     for k in range(3):
         change = max(change, abs(found[k] - limited[k]))
     return found, change > 1e-9
+
+
+@njit
+def _from_box(position: Any, box: Any, outward: Any) -> float:
+    """Distance from a box's surface, negative inside, and the direction (3,) that leads away from it."""
+    squares, inside, face = 0.0, -np.inf, 0
+    for k in range(3):
+        off = position[k] - box[0, k]
+        beyond = abs(off) - box[1, k]
+        outward[k] = math.copysign(max(beyond, 0.0), off)
+        squares += outward[k] * outward[k]
+        if beyond > inside:
+            inside, face = beyond, k
+    if squares == 0.0:
+        outward[face] = math.copysign(1.0, position[face] - box[0, face])
+        return inside
+    distance = math.sqrt(squares)
+    for k in range(3):
+        outward[k] /= distance
+    return distance
 
 
 @njit

@@ -1,4 +1,7 @@
-"""Control steps of hand and arm while the network holds an acceleration, in one compiled piece.
+"""Control steps of hand and arm, in one compiled piece.
+
+What is wanted is an acceleration that is held, as networks say it, or what a movement primitive says at
+each step (:mod:`hri_planner.dmp.drive`).
 
 Each step is filtered (:mod:`hri_planner.policy.separation`), integrated as by
 :class:`hri_planner.policy.runner.PolicyRunner`, and followed by the joints
@@ -9,15 +12,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hri_planner.dmp.drive import MEMORY, NO_DRIVE, Drive, drive_acceleration
 from hri_planner.policy.limbs import places_of
+from hri_planner.policy.links import ARM_LINKS, away_from_limbs
 from hri_planner.policy.partner import Partner
-from hri_planner.policy.separation import SeparationConfig, kept_apart
+from hri_planner.policy.separation import NO_BOXES, SeparationConfig, kept_apart
 from hri_planner.policy.tool_velocity import ToolVelocity, joint_speeds
 from hri_planner.robot.kinematics import tool_jacobian
 from hri_prediction.compiled import njit
@@ -41,6 +46,7 @@ class Moved:
         strayed: Whether the joints could not follow (n,).
         q: Joint angles (n, 7) [rad].
         qd: Joint speeds (n, 7) [rad/s].
+        memory: What a movement primitive remembers (n, 4).
         nearest: Smallest distance from the axes of partners' limbs before a step [m]; infinite without
             partners.
     """
@@ -52,6 +58,7 @@ class Moved:
     strayed: BoolArray
     q: FloatArray
     qd: FloatArray
+    memory: FloatArray
     nearest: float
 
 
@@ -63,17 +70,33 @@ class Limits:
         separation: Parameters of the filter.
         apart: Whether people are kept clear of; the largest acceleration holds anyhow.
         floor: Height that the hand stays above [m]; none: any.
+        boxes: Centre and half the size of boxes that it stays out of, edges along the axes
+            (k, 2, 3) [m].
+        margin: Distance from the boxes that is kept [m].
+        limb_radii: Of people's limbs, from the shoulder on [m].
+        tool_radius: Of what is around the tool [m].
+        link_radii: Of upper and lower arm of the robot [m].
+        link_reach: Distance of people within which the robot's arm gives way to them, so far as the
+            tool's motion lets it [m]; 0: never.
+        link_gain: Share of what is missing to it that is made up a second [1/s].
     """
 
     separation: SeparationConfig
     apart: bool
     floor: float | None
+    boxes: FloatArray = field(default_factory=lambda: NO_BOXES)
+    margin: float = 0.0
+    limb_radii: tuple[float, ...] = (0.05, 0.04, 0.05)
+    tool_radius: float = 0.06
+    link_radii: tuple[float, ...] = (0.07, 0.07)
+    link_reach: float = 0.0
+    link_gain: float = 4.0
 
 
 def stretch(
     position: FloatArray,
     velocity: FloatArray,
-    wanted: FloatArray,
+    wanted: FloatArray | Drive,
     q: FloatArray,
     qd: FloatArray,
     partners: Sequence[Partner],
@@ -81,13 +104,14 @@ def stretch(
     dt: float,
     limits: Limits,
     inverse: ToolVelocity,
+    memory: FloatArray | None = None,
 ) -> Moved:
     """Some control steps on.
 
     Args:
         position: Of the hand (3,) [m], base frame.
         velocity: Of the hand (3,) [m/s].
-        wanted: Acceleration that is held (3,) [m/s²].
+        wanted: Acceleration that is held (3,) [m/s²], or a movement primitive.
         q: Joint angles (7,) [rad].
         qd: Joint speeds (7,) [rad/s].
         partners: What is known of others at the first step.
@@ -95,7 +119,11 @@ def stretch(
         dt: Control period [s].
         limits: What is kept to.
         inverse: Joint speeds of the robot.
+        memory: What the movement primitive remembers (4,).
     """
+    driven = wanted.constants(dt) if isinstance(wanted, Drive) else NO_DRIVE
+    held = np.zeros(3) if isinstance(wanted, Drive) else wanted
+    remembered = np.zeros(MEMORY) if memory is None else memory
     joints, speeds, ages = _stacked(partners)
     config = limits.separation
     found = Moved(
@@ -106,10 +134,13 @@ def stretch(
         np.zeros(steps, dtype=np.bool_),
         np.empty((steps, 7)),
         np.empty((steps, 7)),
+        np.empty((steps, MEMORY)),
         np.inf,
     )
+    limbs = np.array(limits.limb_radii)
     nearest = _stretch(
-        (position, velocity, wanted, q, qd),
+        (position, velocity, held, q, qd, remembered),
+        driven,
         joints,
         speeds,
         ages,
@@ -121,9 +152,18 @@ def stretch(
             config.partner_acceleration,
             config.approach,
             -math.inf if limits.floor is None else limits.floor,
+            limits.boxes,
+            limits.margin,
+        ),
+        (
+            limbs + limits.tool_radius,
+            limits.tool_radius,
+            np.array(limits.link_radii[:ARM_LINKS])[:, None] + limbs,
+            limits.link_reach,
+            limits.link_gain,
         ),
         inverse.constants,
-        (found.position, found.velocity, found.acceleration, found.q, found.qd),
+        (found.position, found.velocity, found.acceleration, found.q, found.qd, found.memory),
         found.filtered,
         found.strayed,
     )
@@ -145,12 +185,14 @@ def _stacked(partners: Sequence[Partner]) -> tuple[FloatArray, FloatArray, Float
 @njit
 def _stretch(
     state: Any,
+    drive: Any,
     joints: Any,
     speeds: Any,
     ages: Any,
     dt: float,
     apart: bool,
     limits: Any,
+    surfaces: Any,
     inverse: Any,
     found: Any,
     filtered: Any,
@@ -162,25 +204,37 @@ def _stretch(
     old = np.empty(people * count)
     tool, jacobian = np.empty(3), np.empty((3, 7))
     lengths, lower, upper = inverse[0], inverse[1], inverse[2]
-    position, velocity, wanted = state[0].copy(), state[1].copy(), state[2]
-    q, qd = state[3].copy(), state[4].copy()
+    position, velocity, wanted = state[0].copy(), state[1].copy(), state[2].copy()
+    q, qd, memory = state[3].copy(), state[4].copy(), state[5].copy()
+    boxes, margin = limits[5], surfaces[1]
+    axes, ends, radii = _capsules(joints, speeds, surfaces[0])
+    now, begun, row, away = joints.copy(), axes.copy(), np.zeros(7), 0.0
     nearest = np.inf
     kept = people * count if apart else 0
     for step in range(len(filtered)):
         for person in range(people):
             own = slice(person * count, (person + 1) * count)
-            now = joints[person] + step * dt * speeds[person]
-            places[own], moving[own] = places_of(now, speeds[person], position)
+            now[person] = joints[person] + step * dt * speeds[person]
+            places[own], moving[own] = places_of(now[person], speeds[person], position)
             old[own] = max(ages[person] + step * dt, 0.0)
         for index in range(people * count):
             nearest = min(nearest, math.sqrt(np.sum((places[index] - position) ** 2)))
+        if drive[0]:
+            axes[:] = begun + step * dt * ends
+            drive_acceleration(
+                position, velocity, memory, drive, axes, ends, radii, boxes, margin, wanted
+            )
         acceleration, filtered[step] = kept_apart(
             wanted, position, velocity, places[:kept], moving[:kept], old[:kept], dt,
-            limits[0], limits[1], limits[2], limits[3], limits[4],
+            limits[0], limits[1], limits[2], limits[3], limits[4], boxes, limits[6],
         )  # fmt: skip
         position = position + velocity * dt + acceleration * (0.5 * dt * dt)
         velocity = velocity + acceleration * dt
-        new = joint_speeds(q + qd * dt, qd, position, velocity, dt, *inverse)
+        if surfaces[3] > 0.0:
+            away = away_from_limbs(
+                q, lengths, now, speeds, surfaces[2], surfaces[3], surfaces[4], row
+            )
+        new = joint_speeds(q + qd * dt, qd, position, velocity, dt, row, away, *inverse)
         q = np.minimum(np.maximum(q + 0.5 * dt * (qd + new), lower), upper)
         qd = new
         tool_jacobian(q, lengths, tool, jacobian)
@@ -188,5 +242,22 @@ def _stretch(
             strayed[step] = True
             position, velocity = tool.copy(), jacobian @ qd
         found[0][step], found[1][step], found[2][step] = position, velocity, acceleration
-        found[3][step], found[4][step] = q, qd
+        found[3][step], found[4][step], found[5][step] = q, qd, memory
     return nearest
+
+
+@njit
+def _capsules(joints: Any, speeds: Any, radii: Any) -> Any:
+    """Axes (m, 2, 3), speeds of their ends (m, 2, 3) and radii (m,) of all limbs; a lone hand is one."""
+    people, count = joints.shape[0], joints.shape[1]
+    limbs = max(count - 1, 1)
+    axes, ends = np.empty((people * limbs, 2, 3)), np.empty((people * limbs, 2, 3))
+    wide = np.empty(people * limbs)
+    for person in range(people):
+        for limb in range(limbs):
+            index, last = person * limbs + limb, min(limb + 1, count - 1)
+            axes[index, 0], axes[index, 1] = joints[person, limb], joints[person, last]
+            ends[index, 0], ends[index, 1] = speeds[person, limb], speeds[person, last]
+            # Counted from the hand: what is known of an arm may begin at the elbow.
+            wide[index] = radii[max(len(radii) - limbs + limb, 0)]
+    return axes, ends, wide

@@ -3,7 +3,10 @@
 Damped where the tool's Jacobian loses rank (Nakamura & Hanafusa 1986), by the smallest singular value
 (Chiaverini 1997); joints that would pass a limit of angle, speed or acceleration stay at it while the
 others take over (saturation in the null space, Flacco et al. 2012). What is left of the seven joints
-keeps away from the joint limits.
+moves the robot's point next to an obstacle away from it, which is one dimension of motion, along the
+line between them (as in the thesis's equation 7.18, but damped, one-dimensional and one-sided: where the
+tool's motion already takes the point away, nothing is added); and keeps to the middle of the joints'
+ranges, or to a posture.
 """
 
 from __future__ import annotations
@@ -54,16 +57,27 @@ class ToolVelocityConfig:
         validate(self)
 
 
+AWAY_DAMPING_M = 0.05
+"""Damping of the motion away from obstacles, where the tool's motion nearly decides it [m]."""
+NOTHING_NEAR: tuple[FloatArray, float] = (np.zeros(7), 0.0)
+"""No obstacle that a point of the robot is to be moved away from."""
+
+
 class ToolVelocity:
     """Inverse kinematics of one robot; buffers are allocated once.
 
     Args:
         robot: Its model.
         config: Parameters.
+        posture: Joint angles (7,) [rad] that free joints keep to; none: the middle of their ranges.
     """
 
-    def __init__(self, robot: RobotModel, config: ToolVelocityConfig) -> None:
+    def __init__(
+        self, robot: RobotModel, config: ToolVelocityConfig, posture: FloatArray | None = None
+    ) -> None:
         self._robot, self.config = robot, config
+        middle = 0.5 * (robot.lower + robot.upper)
+        self._posture = middle if posture is None else np.array(posture, dtype=float)
         self._fastest = config.speed_share * robot.velocity
         self._tool, self._jacobian = np.empty(3), np.empty((3, 7))
 
@@ -84,6 +98,7 @@ class ToolVelocity:
         position: FloatArray,
         velocity: FloatArray,
         dt: float,
+        away: tuple[FloatArray, float] = NOTHING_NEAR,
     ) -> FloatArray:
         """Joint speeds for one step.
 
@@ -93,12 +108,16 @@ class ToolVelocity:
             position: Where the tool should be now (3,) [m], base frame.
             velocity: How it should move (3,) [m/s].
             dt: How long they hold [s].
+            away: How a point's distance from an obstacle changes with the joint angles (7,) [m/rad],
+                and the speed at which it is to grow [m/s], so far as the tool's motion leaves it.
 
         Returns:
             Shape (7,) [rad/s]; within the limits of speed and acceleration, and such that braking keeps
             within the joint limits.
         """
-        found: FloatArray = joint_speeds(q, qd, position, velocity, dt, *self.constants)
+        found: FloatArray = joint_speeds(
+            q, qd, position, velocity, dt, away[0], away[1], *self.constants
+        )
         return found
 
     @property
@@ -115,6 +134,7 @@ class ToolVelocity:
             config.joint_acceleration,
             config.damping,
             config.near_singular,
+            self._posture,
         )
 
 
@@ -125,6 +145,8 @@ def joint_speeds(
     position: Any,
     velocity: Any,
     dt: float,
+    row: Any,
+    away: float,
     lengths: Any,
     lower: Any,
     upper: Any,
@@ -134,6 +156,7 @@ def joint_speeds(
     most: float,
     damping: float,
     near: float,
+    posture: Any,
 ) -> Any:
     """Of :meth:`ToolVelocity.joint_speeds` (7,) [rad/s]."""
     tool, jacobian = np.empty(3), np.empty((3, 7))
@@ -148,8 +171,8 @@ def joint_speeds(
         low[joint] = max(down, min(qd[joint] - most * dt, up))
         high[joint] = min(up, max(qd[joint] + most * dt, down))
         # No faster than the tool: a robot at rest stays at rest.
-        aside[joint] = centring * speed * (0.5 * (lower[joint] + upper[joint]) - q[joint])
-    return _saturated(jacobian, wanted, aside, low, high, fastest, damping, near)
+        aside[joint] = centring * speed * (posture[joint] - q[joint])
+    return _saturated(jacobian, wanted, aside, low, high, fastest, damping, near, row, away)
 
 
 @njit
@@ -169,12 +192,17 @@ def _saturated(
     fastest: Any,
     damping: float,
     near: float,
+    row: Any,
+    away: float,
 ) -> Any:
     """Speeds of all joints (7,), those that would be over a limit at it."""
     free, speeds = np.ones(7), np.zeros(7)
     for _ in range(7):
         rest = wanted - jacobian @ ((1.0 - free) * speeds)
-        found = _damped(jacobian * free, rest, aside * free, damping, near)
+        fixed = np.sum((1.0 - free) * row * speeds)
+        found = _damped(
+            jacobian * free, rest, aside * free, damping, near, row * free, away - fixed
+        )
         # The one that is over by most is fixed at its limit; the rest is solved again.
         worst, most = -1, 0.0
         for joint in range(7):
@@ -189,20 +217,32 @@ def _saturated(
 
 
 @njit
-def _damped(jacobian: Any, wanted: Any, pull: Any, damping: float, near: float) -> Any:
+def _damped(
+    jacobian: Any, wanted: Any, pull: Any, damping: float, near: float, row: Any, away: float
+) -> Any:
     left, values, right = np.linalg.svd(jacobian, full_matrices=False)
     close = values[2] / near
     damped = damping**2 * (1.0 - close**2) if close < 1.0 else 0.0
-    found = pull.copy()
+    found, free_row = pull.copy(), row.copy()
     for k in range(3):
         gain = values[k] / max(values[k] ** 2 + damped, 1e-12)
-        along, pulled = 0.0, 0.0
+        along, pulled, across = 0.0, 0.0, 0.0
         for i in range(3):
             along += left[i, k] * wanted[i]
         # The null space is that of the directions which are not nearly lost.
         if values[k] > 1e-6:
             for joint in range(7):
                 pulled += right[k, joint] * pull[joint]
+                across += right[k, joint] * row[joint]
         for joint in range(7):
             found[joint] += right[k, joint] * (gain * along - pulled)
+            free_row[joint] -= right[k, joint] * across
+    # Moving away is one-sided, and damped: where the tool's motion leaves nothing of it, free_row is 0.
+    missing, squares = away, 0.0
+    for joint in range(7):
+        missing -= row[joint] * found[joint]
+        squares += free_row[joint] ** 2
+    if missing > 0.0 and squares > 0.0:
+        for joint in range(7):
+            found[joint] += free_row[joint] * missing / (squares + AWAY_DAMPING_M**2)
     return found

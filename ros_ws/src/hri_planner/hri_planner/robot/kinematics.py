@@ -79,13 +79,33 @@ def tool_jacobian(q: FloatArray, lengths: FloatArray, tool: FloatArray, jac: Flo
         tool: Result (3,) [m].
         jac: Result (3, 7) [m/rad]; the last column is zero.
     """
+    point_jacobian(q, lengths, 2, 1.0, tool, jac)
+
+
+@njit
+def point_jacobian(
+    q: FloatArray, lengths: FloatArray, link: int, share: float, point: FloatArray, jac: FloatArray
+) -> None:
+    """A point on a capsule's axis, and its derivative by the joint angles.
+
+    Args:
+        q: Joint angles (7,) [rad].
+        lengths: (4,) [m].
+        link: 0 upper arm, 1 lower arm, 2 hand.
+        share: Where along the axis, 0 to 1.
+        point: Result (3,) [m].
+        jac: Result (3, 7) [m/rad]; columns of joints that do not move the point are zero.
+    """
     points = np.empty((4, 3))
     arm_points(q, lengths, points)
-    tool[:] = points[3]
+    for i in range(3):
+        point[i] = points[link, i] + share * (points[link + 1, i] - points[link, i])
     x = np.array((1.0, 0.0, 0.0))
     y = np.array((0.0, 1.0, 0.0))
     z = np.array((0.0, 0.0, 1.0))
-    for joint in range(7):
+    moving = min(3 + 2 * link, 6)
+    jac[:, moving:] = 0.0
+    for joint in range(moving):
         if joint % 2 == 0:
             axis = z
             sign = 1.0
@@ -94,7 +114,7 @@ def tool_jacobian(q: FloatArray, lengths: FloatArray, tool: FloatArray, jac: Flo
             sign = 1.0 if joint == 3 else -1.0
         # Joints 1-3 turn about the shoulder, 4-5 about the elbow (or its axis), 6-7 the wrist.
         origin = points[0] if joint < 3 else (points[1] if joint < 5 else points[2])
-        d0, d1, d2 = tool[0] - origin[0], tool[1] - origin[1], tool[2] - origin[2]
+        d0, d1, d2 = point[0] - origin[0], point[1] - origin[1], point[2] - origin[2]
         jac[0, joint] = sign * (axis[1] * d2 - axis[2] * d1)
         jac[1, joint] = sign * (axis[2] * d0 - axis[0] * d2)
         jac[2, joint] = sign * (axis[0] * d1 - axis[1] * d0)
@@ -110,4 +130,3 @@ def tool_jacobian(q: FloatArray, lengths: FloatArray, tool: FloatArray, jac: Flo
                 xi, zi = x[i], z[i]
                 x[i] = c * xi - s * zi
                 z[i] = s * xi + c * zi
-    jac[:, 6] = 0.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tokenize
 import zipfile
 import zlib
 from pathlib import Path
@@ -26,6 +27,7 @@ _UNREADABLE = (
     MemoryError,
     OverflowError,
     RuntimeError,
+    tokenize.TokenError,
     zipfile.BadZipFile,
     zlib.error,
 )
@@ -36,24 +38,26 @@ def write_npz(path: str | Path, arrays: dict[str, Any], header: dict[str, Any]) 
     np.savez_compressed(path, header=np.array(json.dumps(header)), **arrays)
 
 
-def read_npz(path: str | Path, expected_format: str) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Read what :func:`write_npz` wrote: (arrays, header).
+def read_npz(path: str | Path, *formats: str) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Read what :func:`write_npz` wrote: (arrays, header), whose format is one of those given.
 
     Raises:
         DataError: when the file is missing, damaged, or of another format.
     """
+    expected = " or ".join(formats)
     try:
         with np.load(path, allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
         header = json.loads(str(arrays.pop("header")[()]))
     except _UNREADABLE as error:
-        text = " ".join(str(error).split())
+        # Not what numpy says of pickles: to load one "unsafely" is no way out.
+        text = " ".join(str(error).split()).partition(" If you trust")[0]
         raise DataError(
-            f"cannot read {path}: {text}", expected=f"a .npz of format {expected_format}"
+            f"cannot read {path}: {text}", expected=f"a .npz of format {expected}"
         ) from error
     found = header.get("format") if isinstance(header, dict) else None
-    if found != expected_format:
-        raise DataError(f"{path} has format {found!r}", expected=repr(expected_format))
+    if found not in formats:
+        raise DataError(f"{path} has format {found!r}", expected=expected)
     return arrays, header
 
 

@@ -1,0 +1,1 @@
+"""Dynamic movement primitives in tool space, with a dynamic potential field."""
