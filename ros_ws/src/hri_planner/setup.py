@@ -11,7 +11,14 @@ setup(
     version="0.1.0",
     packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
     package_data={
-        PACKAGE: ["py.typed", "robot/*.urdf", "config/*.yaml", "models/*.npz", "models/*.json"]
+        PACKAGE: [
+            "py.typed",
+            "robot/*.urdf",
+            "config/*.yaml",
+            "experiments/*.yaml",
+            "models/*.npz",
+            "models/*.json",
+        ]
     },
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
@@ -26,6 +33,7 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
+            "adaptation = hri_planner.nodes.adaptation_node:main",
             "policy = hri_planner.nodes.policy_node:main",
             "ptomp = hri_planner.nodes.ptomp_node:main",
         ]

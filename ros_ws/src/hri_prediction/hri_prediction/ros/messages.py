@@ -19,8 +19,10 @@ except ImportError as error:
 try:
     from hri_msgs.action import ReachTarget
     from hri_msgs.msg import (
+        AdaptationStatus,
         ControllerState,
         Cue,
+        GoalGuess,
         HumanArm,
         HumanPrediction,
         IdsList,
@@ -39,8 +41,10 @@ except ImportError as error:
     ) from error
 
 __all__ = [
+    "AdaptationStatus",
     "ControllerState",
     "Cue",
+    "GoalGuess",
     "HumanArm",
     "HumanPrediction",
     "IdsList",

@@ -247,6 +247,10 @@ class HriNode(Node):
         """Compute and publish; called once a tick, after the message handlers."""
         raise NotImplementedError
 
+    def settled(self) -> bool:
+        """Whether all that services and actions owe this node now has come: lock-step waits for it."""
+        return True
+
     def close(self) -> None:
         """Stop own threads and files; called once before the node is destroyed."""
 
@@ -256,8 +260,10 @@ class HriNode(Node):
         known = key in self._faults
         self._faults[key] = (self.now_ns() + 5 * NANO, text)
         if not known:
-            log = self.get_logger()
-            (log.error if level == ERROR else log.warning)(text)
+            if level == ERROR:  # two calls: rclpy refuses another severity from the same one
+                self.get_logger().error(text)
+            else:
+                self.get_logger().warning(text)
 
     @property
     def faults(self) -> tuple[str, ...]:

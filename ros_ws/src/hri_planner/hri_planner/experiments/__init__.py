@@ -1,0 +1,1 @@
+"""Experiments that ship: where goals, obstacles and targets are, and how much is tried."""

@@ -1,0 +1,147 @@
+"""What the adaptation node asks of the policy node: to take a policy, and to go to a place."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from action_msgs.msg import GoalStatus
+from numpy.typing import NDArray
+from rclpy.action import ActionClient
+
+from hri_planner.dmp.model_file import save_dmp
+from hri_planner.dmp.policy import DmpPolicy
+from hri_planner.pibb.storage import write_whole
+from hri_prediction.errors import GraphError
+from hri_prediction.ros.conversions import WORLD
+from hri_prediction.ros.messages import LoadModel, PolicyStatus, ReachTarget
+from hri_prediction.ros.node import HriNode
+from hri_prediction.ros.qos import reliable
+from hri_prediction.ros.time import NANO, to_ns
+
+ANSWER_S = 5.0
+"""So long may the policy node take to answer a request [s]."""
+_MOVES = (PolicyStatus.MOVING, PolicyStatus.WAITING, PolicyStatus.STOPPING)
+
+
+class PolicyRequests:
+    """One request at a time; answers are looked for on ticks.
+
+    Args:
+        node: That asks.
+        file: Where policies are handed over.
+
+    Attributes:
+        begins_ns: When the first plan of the present motion takes effect [ns]; none so far.
+    """
+
+    def __init__(self, node: HriNode, file: Path) -> None:
+        self._node, self._file = node, file
+        self._load = node.create_client(LoadModel, "policy/load_model")
+        self._reach = ActionClient(node, ReachTarget, "policy/reach_target")
+        node.listen(PolicyStatus, "policy/status", self._on_status, reliable(10))
+        self._stage = PolicyStatus.IDLE
+        self._loaded: DmpPolicy | None = None
+        self._asked: Any = None
+        self._asked_ns = 0
+        self._result: Any = None
+        self._under_way = False
+        self.begins_ns: int | None = None
+
+    def close(self) -> None:
+        """Let the action go."""
+        self._reach.destroy()
+
+    def _on_status(self, message: PolicyStatus) -> None:
+        self._stage = message.stage
+        begins_ns = to_ns(message.handover)
+        if self._under_way and message.stage == PolicyStatus.MOVING and begins_ns:
+            self.begins_ns = self.begins_ns or begins_ns
+
+    @property
+    def settled(self) -> bool:
+        """Whether all has come that is due at this moment."""
+        if self._asked is not None:
+            return bool(self._asked.done())
+        due = self._result is not None and self.begins_ns and self._stage not in _MOVES
+        return not due or bool(self._result.done())
+
+    def missing(self) -> str:
+        """Which of the policy node's offers is not there; empty: all are."""
+        if not self._load.service_is_ready():
+            return "policy/load_model is not there"
+        return "" if self._reach.server_is_ready() else "policy/reach_target is not there"
+
+    def has(self, policy: DmpPolicy, note: int) -> bool:
+        """Whether the policy node has taken a policy, which it is asked to if it has not.
+
+        Args:
+            policy: The policy.
+            note: Number of the trial, for the file.
+
+        Raises:
+            GraphError: when it did not answer, or did not take it.
+            HriError: when the file cannot be written.
+        """
+        if self._loaded is policy:
+            return True
+        if self._asked is None:
+            write_whole({self._file: lambda path: save_dmp(path, policy, {"trial": note})})
+            self._ask(self._load.call_async(LoadModel.Request(path=str(self._file))))
+        answer = self._answer("policy/load_model")
+        if answer is None:
+            return False
+        if not answer.success:
+            raise GraphError(f"the policy node did not take the policy: {answer.message}")
+        self._loaded = policy
+        return True
+
+    def send(self, place: NDArray[Any], duration: float) -> None:
+        """Send the tool to a place (3,) [m] in a time [s]."""
+        goal = ReachTarget.Goal(duration=duration)
+        goal.pose.header.frame_id = WORLD
+        position = goal.pose.pose.position
+        position.x, position.y, position.z = (float(value) for value in place)
+        self.begins_ns, self._under_way = None, True
+        self._result = None
+        self._ask(self._reach.send_goal_async(goal))
+
+    def arrived(self) -> bool:
+        """Whether the motion that was sent has reached its goal; false: it goes on.
+
+        Raises:
+            GraphError: when it ended otherwise, or the policy node is gone.
+        """
+        if self._result is None:
+            handle = self._answer("policy/reach_target")
+            if handle is None:
+                return False
+            if not handle.accepted:
+                raise GraphError("policy/reach_target refused the goal")
+            self._result = handle.get_result_async()
+        if not self._result.done():
+            if not self._reach.server_is_ready():
+                raise GraphError("the policy node is gone")
+            return False
+        answer, self._result = self._result.result(), None
+        self._under_way = False
+        if answer.status != GoalStatus.STATUS_SUCCEEDED:
+            raise GraphError(str(answer.result.reason))
+        return True
+
+    def forget(self) -> None:
+        """What was asked for does not count any more."""
+        self._asked = self._result = self._loaded = None
+        self._under_way = False
+
+    def _ask(self, future: Any) -> None:
+        self._asked, self._asked_ns = future, self._node.now_ns()
+
+    def _answer(self, whose: str) -> Any:
+        """What was answered; none: nothing yet."""
+        if not self._asked.done():
+            if self._node.now_ns() - self._asked_ns > ANSWER_S * NANO:
+                raise GraphError(f"{whose} did not answer within {ANSWER_S:.0f} s")
+            return None
+        answer, self._asked = self._asked.result(), None
+        return answer

@@ -1,0 +1,167 @@
+"""What is seen of robot and person in a trial, and what comes of it: the answer, and the terms of the cost.
+
+Times are stamps: of joint states, of motion capture, of a pressed key. The person's answer is the first of
+a pressed key and a hand that has arrived at a target.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hri_planner.dmp.policy import PERIOD_S, DmpPolicy
+from hri_planner.pibb.costs import Terms, deviation, squared_jerk
+from hri_planner.robot.model import RobotModel
+from hri_prediction.config import parameter, validate
+from hri_prediction.errors import DataError
+
+FloatArray = NDArray[np.float64]
+
+NANO = 1_000_000_000
+
+
+@dataclass(frozen=True)
+class AnswerConfig:
+    """How a hand answers.
+
+    Raises:
+        ConfigError: when a value is out of range.
+    """
+
+    hand_radius: float = parameter(
+        0.05, "A hand so near to a target has arrived there", unit="m", low=0.005, high=0.3
+    )
+    hand_speed: float = parameter(0.35, "If it is no faster", unit="m/s", low=0.01, high=5.0)
+    hand_moved: float = parameter(
+        0.03, "A hand so far from where it was has begun to move", unit="m", low=0.005, high=0.5
+    )
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        validate(self)
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What the person showed.
+
+    Attributes:
+        goal: Name of the goal.
+        stamp_ns: When [ns].
+        hand_s: How long the hand had moved [s]; 0 for a pressed key.
+    """
+
+    goal: str
+    stamp_ns: int
+    hand_s: float
+
+
+class Recording:
+    """Of one trial.
+
+    Args:
+        robot: The robot.
+        targets: Where a hand goes for each goal (3,) [m]; empty: only keys count.
+        config: How a hand answers.
+
+    Attributes:
+        answer: The first answer; none so far.
+        began_ns: When the robot began to move [ns]; none so far.
+        clearance: Smallest distance of robot and person so far [m].
+    """
+
+    def __init__(
+        self, robot: RobotModel, targets: Mapping[str, FloatArray], config: AnswerConfig
+    ) -> None:
+        self._robot, self._targets, self._config = robot, dict(targets), config
+        self._stamps: list[int] = []
+        self._joints: list[FloatArray] = []
+        self._hands: dict[str, tuple[FloatArray, int, FloatArray]] = {}
+        self._moving_ns: dict[str, int] = {}
+        self.clearance = float("inf")
+        self.answer: Answer | None = None
+        self.began_ns: int | None = None
+
+    def begin(self, stamp_ns: int) -> None:
+        """The robot begins to move: its first plan takes effect [ns]."""
+        if self.began_ns is None:
+            self.began_ns = stamp_ns
+
+    def joints(self, stamp_ns: int, q: FloatArray) -> None:
+        """Take joint angles (7,) [rad] with their stamp [ns]; those out of order are left out."""
+        if self._stamps and stamp_ns <= self._stamps[-1]:
+            return
+        self._stamps.append(stamp_ns)
+        self._joints.append(np.array(q, dtype=float))
+
+    def hand(self, body_id: str, stamp_ns: int, tip: FloatArray) -> None:
+        """Take the place of a hand (3,) [m] with its stamp [ns]."""
+        known = self._hands.get(body_id)
+        if known is None:
+            self._hands[body_id] = (np.array(tip), stamp_ns, np.array(tip))
+            return
+        rest, before_ns, before = known
+        if stamp_ns - before_ns < 40_000_000:
+            return  # so long a way gives a speed that noise leaves alone
+        speed = float(np.linalg.norm(tip - before)) / ((stamp_ns - before_ns) / NANO)
+        self._hands[body_id] = (rest, stamp_ns, np.array(tip))
+        if np.linalg.norm(tip - rest) < self._config.hand_moved:
+            self._moving_ns[body_id] = stamp_ns  # still there
+        if self.answer is not None or not self._targets or speed > self._config.hand_speed:
+            return
+        name = min(self._targets, key=lambda n: float(np.linalg.norm(self._targets[n] - tip)))
+        if np.linalg.norm(self._targets[name] - tip) > self._config.hand_radius:
+            return
+        since_ns = self._moving_ns.get(body_id, stamp_ns)
+        self.answer = Answer(name, stamp_ns, (stamp_ns - since_ns) / NANO)
+
+    def press(self, goal: str, stamp_ns: int) -> None:
+        """Take a pressed key [ns]; the first answer counts.
+
+        Raises:
+            DataError: when it was pressed before the robot began to move.
+        """
+        if self.began_ns is None or stamp_ns < self.began_ns:
+            raise DataError(
+                f"the guess {goal!r} came before the robot moved", expected="one that was read"
+            )
+        if self.answer is None or stamp_ns < self.answer.stamp_ns:
+            self.answer = Answer(goal, stamp_ns, 0.0)
+
+    def near(self, distance: float) -> None:
+        """Take the distance of robot and person now [m]."""
+        self.clearance = min(self.clearance, distance)
+
+    def terms(self, policy: DmpPolicy, goal: str, indistinct: float) -> Terms:
+        """Of the costs of the trial.
+
+        Args:
+            policy: Whose way to the goal was gone.
+            goal: Its name.
+            indistinct: J_delta of the way [1/m].
+
+        Raises:
+            DataError: when there is no answer, or too little was seen of the robot.
+        """
+        if self.answer is None or self.began_ns is None:
+            raise DataError("no answer" if self.began_ns else "the robot did not move")
+        stamps = np.array(self._stamps, dtype=np.int64)
+        seconds = (stamps - self.began_ns) / NANO
+        if not len(seconds) or seconds[-1] <= 0.0:
+            raise DataError("nothing was heard of the robot's joints")
+        grid = np.arange(0.0, float(seconds[-1]), PERIOD_S)
+        angles = np.array(self._joints)
+        joints = np.stack([np.interp(grid, seconds, column) for column in angles.T], axis=1)
+        tool = self._robot.frames(joints)[:, 3]
+        return Terms(
+            tool_jerk=squared_jerk(tool, PERIOD_S),
+            joint_jerk=squared_jerk(joints, PERIOD_S),
+            prediction_time=(self.answer.stamp_ns - self.began_ns) / NANO,
+            task=0.0 if self.answer.goal == goal else 1.0,
+            deviation=deviation(tool, policy.path(goal)),
+            human_duration=self.answer.hand_s,
+            indistinct=indistinct,
+        )
