@@ -26,6 +26,7 @@ setup(
         "console_scripts": [
             "simulator = hri_sim.nodes.simulator_node:main",
             "person = hri_sim.nodes.person_node:main",
+            "observer = hri_sim.nodes.observer_node:main",
             "dyad = hri_sim.nodes.dyad_node:main",
             "replayer = hri_sim.nodes.replayer_node:main",
             "recorder = hri_sim.nodes.recorder_node:main",

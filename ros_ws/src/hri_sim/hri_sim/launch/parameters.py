@@ -11,6 +11,7 @@ from typing import Any
 import yaml
 
 from hri_planner.adaptation.model_file import find_model
+from hri_planner.nodes.adaptation_config import AdaptationConfig
 from hri_planner.nodes.policy_config import PolicyNodeConfig
 from hri_planner.nodes.ptomp_config import PtompNodeConfig
 from hri_planner.policy.config import PolicyConfig
@@ -21,6 +22,7 @@ from hri_prediction.nodes.predictor_node import PredictorNodeConfig
 from hri_prediction.prediction.config import PredictorConfig
 from hri_sim.launch.supervisor import NodeSpec
 from hri_sim.nodes.dyad_node import DyadNodeConfig
+from hri_sim.nodes.observer_node import ObserverNodeConfig
 from hri_sim.nodes.person_node import PersonNodeConfig
 from hri_sim.nodes.recorder_node import RecorderNodeConfig
 from hri_sim.nodes.replayer_node import ReplayerConfig
@@ -32,8 +34,10 @@ CONFIGURATIONS: dict[str, tuple[tuple[str, Any], ...]] = {
     "simulator": (("", SimulatorNodeConfig()), ("", SimulatorConfig())),
     "person": (("", PersonNodeConfig()),),
     "dyad": (("", DyadNodeConfig()),),
+    "observer": (("", ObserverNodeConfig()),),
     "replayer": (("", ReplayerConfig()),),
     "predictor": (("", PredictorNodeConfig()), ("", PredictorConfig())),
+    "adaptation": (("", AdaptationConfig()),),
     "policy": (("", PolicyNodeConfig()), ("policy_planner.", PolicyConfig())),
     "ptomp": (("", PtompNodeConfig()), ("planner.", load_default_config())),
     "recorder": (("", RecorderNodeConfig()), ("", RecorderConfig())),
@@ -48,6 +52,12 @@ OPTIONS = {
     ("predictor", "library"): "--library",
     ("policy", "policy"): "--policy",
     ("recorder", "output"): "--record",
+    ("observer", "experiment"): "--experiment",
+    ("observer", "population"): "--population",
+    ("adaptation", "experiment"): "--experiment",
+    ("adaptation", "folder"): "--out",
+    ("adaptation", "person"): "--person",
+    ("adaptation", "policy"): "--policy",
 }
 """Parameters that have an option of their own, which checks them and tells the other nodes."""
 WALL_CLOCK = {"use_sim_time": False, "publish_clock": False, "realtime_factor": 1.0}

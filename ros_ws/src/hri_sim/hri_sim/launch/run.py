@@ -16,9 +16,9 @@ import psutil
 from rich.console import Console
 from rich.markup import escape
 
+from hri_planner.policy.model_file import find_any, load_any
 from hri_planner.ptomp.variants import find_variant
-from hri_planner.rnn.model_file import find_policy, load_policy
-from hri_prediction.errors import HriError
+from hri_prediction.errors import ConfigError, HriError
 from hri_prediction.results.origin import results_origin
 from hri_prediction.tracks.placement import Placement
 from hri_sim.launch.conductor import Conductor, NodeDeath
@@ -60,6 +60,7 @@ class RunOptions:
         parameters: File with further parameters, ``{node: {parameter: value}}``.
         policy: Policy that moves the robot instead of a planner: a file, or one that ships; none: a
             planner.
+        drawn: Scenario instead of a file or one drawn by the seed.
         scene: How the goals of a policy behave, one of :data:`hri_sim.launch.moving_goals.SCENES`.
     """
 
@@ -76,6 +77,7 @@ class RunOptions:
     library: Path | None = None
     parameters: Path | None = None
     policy: str | None = None
+    drawn: Scenario | None = None
     scene: str = "sequence"
 
     @property
@@ -174,10 +176,20 @@ def _mover_specs(options: RunOptions, scenario: Scenario, library: Path | None) 
         "table_size": [float(v) for v in scenario.table.size],
     }
     if options.policy is not None:
-        policy = find_policy(options.policy)
-        load_policy(policy)  # a wrong file is named before anything starts
+        policy = find_any(options.policy)
+        load_any(policy)  # a wrong file is named before anything starts
         given = str(policy.resolve()) if options.policy.endswith(".npz") else options.policy
-        return [NodeSpec("hri_planner", "policy", {"policy": given, **scene})]
+        boxes = {
+            "box_centers": [float(v) for box in scenario.obstacles for v in box.center],
+            "box_sizes": [float(v) for box in scenario.obstacles for v in box.size],
+        }
+        given_boxes = boxes if scenario.obstacles else {}
+        return [NodeSpec("hri_planner", "policy", {"policy": given, **scene, **given_boxes})]
+    if scenario.obstacles:
+        raise ConfigError(
+            f"scenario {scenario.name} has obstacles, of which planner {options.planner} knows nothing",
+            expected="a scenario without, or a policy, which keeps clear of them",
+        )
     variant = find_variant(options.planner)
     ptomp: dict[str, Any] = {
         "seed": options.seed,
@@ -192,7 +204,7 @@ def _mover_specs(options: RunOptions, scenario: Scenario, library: Path | None) 
 
 
 @contextlib.contextmanager
-def _status_line(console: Console) -> Iterator[Callable[[str], None]]:
+def status_line(console: Console) -> Iterator[Callable[[str], None]]:
     """A live line on a terminal; on anything else, a plain line a second at most."""
     if console.is_terminal:
         with console.status("starting") as status:
@@ -204,7 +216,7 @@ def _status_line(console: Console) -> Iterator[Callable[[str], None]]:
         now = time.monotonic()
         if text != last["text"] and now - float(last["time"]) >= 1.0:  # type: ignore[arg-type]
             last.update(time=now, text=text)
-            _print(console, text)
+            print_line(console, text)
 
     yield say
 
@@ -237,7 +249,7 @@ def _run_graph(
     scenario = scene.scenario
     scenario_path = (options.out / SCENARIO).resolve()
     save_scenario(scenario_path, scenario)
-    library = run_library(options, scenario, facing, lambda text: _print(console, text))
+    library = run_library(options, scenario, facing, lambda text: print_line(console, text))
     specs = complete_parameters(
         node_specs(options, scenario, scenario_path, library, placement, bag),
         read_parameters(options.parameters),
@@ -245,12 +257,12 @@ def _run_graph(
     )
     cpu_cores = 0.0
     broken: BaseException | None = None
-    with _status_line(console) as say, Supervisor(options.out) as supervisor:
+    with status_line(console) as say, Supervisor(options.out) as supervisor:
         conductor = Conductor(
             scenario,
             supervisor,
             say,
-            tell=lambda text: _print(console, text),
+            tell=lambda text: print_line(console, text),
             mover=options.mover,
             leader=scene.leader,
         )
@@ -264,20 +276,20 @@ def _run_graph(
             cpu_cores = load.cores()
         except BaseException as error:  # also Ctrl-C
             if isinstance(error, KeyboardInterrupt) and conductor.begun:
-                _print(console, f"stopping; {AGAIN}")
-            conductor.break_off(_why(error))
+                print_line(console, f"stopping; {AGAIN}")
+            conductor.break_off(why_broken(error))
             broken = error
         finally:
             signals.begin(conductor.insisted)
             conductor.close()
         say("stopping")
         killed = supervisor.stop(
-            tell=lambda text: _print(console, text), hurry=lambda: signals.count
+            tell=lambda text: print_line(console, text), hurry=lambda: signals.count
         )
     if killed:
-        _print(console, f"had to be killed: {', '.join(killed)}")
+        print_line(console, f"had to be killed: {', '.join(killed)}")
     if "recorder" in killed and conductor.begun:
-        _print(console, f"{bag} was not closed: its last half second may be missing; {SALVAGE}")
+        print_line(console, f"{bag} was not closed: its last half second may be missing; {SALVAGE}")
     if broken is not None and not conductor.begun:
         raise broken
     reports = conductor.reports
@@ -297,7 +309,7 @@ def _run_graph(
     except Exception as error:  # a bag that ended early may be broken in any way
         if not (broken or supervisor.died("recorder") or "recorder" in killed):
             raise
-        _print(console, f"no figures of the recording, which ended early: {error}")
+        print_line(console, f"no figures of the recording, which ended early: {error}")
     summary = summarise(series, reports, scenario=scenario, bag=bag, seed=options.seed)
     summary["planner"] = options.moved_by
     summary["origin"] = origin
@@ -306,7 +318,7 @@ def _run_graph(
     except OSError as error:
         if broken is None:
             raise
-        _print(console, f"no {SUMMARY}: {_words(error)}")
+        print_line(console, f"no {SUMMARY}: {_words(error)}")
     if broken is not None:
         print_table(console, summary)
         raise broken
@@ -316,7 +328,7 @@ def _run_graph(
     return RunResult(summary, series, bag, cpu_cores)
 
 
-def _why(error: BaseException) -> str:
+def why_broken(error: BaseException) -> str:
     """What broke a run off, in plain words."""
     if isinstance(error, HriError):
         return error.problem
@@ -356,12 +368,12 @@ class CpuMeter:
 def explain(error: HriError | OSError, console: Console) -> None:
     """Say why a run failed; of a dead node, its last words too."""
     console.print("[red]error:[/] ", end="", highlight=False)
-    _print(console, _words(error))
+    print_line(console, _words(error))
     if isinstance(error, NodeDeath):
         for line in error.death.last_words:
-            _print(console, f"  {line}")
+            print_line(console, f"  {line}")
 
 
-def _print(console: Console, text: str) -> None:
+def print_line(console: Console, text: str) -> None:
     """One line as it is: brackets are no markup, and a pipe gets it unbroken."""
     console.print(text, highlight=False, markup=False, soft_wrap=True)

@@ -59,6 +59,8 @@ def run_scene(options: RunOptions) -> tuple[Scene, Placement | None, float | Non
                     "--reaches with a --scenario", hint="the scenario file says how many there are"
                 )
             return Scene(_read_scenario(options.scenario)), None, None
+        if options.drawn is not None:
+            return Scene(options.drawn), None, None
         return draw_scene(options.scene, options.seed, options.reaches or 3), None, None
     if options.human_file is None:
         raise ConfigError(
@@ -87,6 +89,8 @@ def run_scene(options: RunOptions) -> tuple[Scene, Placement | None, float | Non
     placed = track.transformed(placement)
     if options.scenario is not None:
         return Scene(_read_scenario(options.scenario)), placement, facing
+    if options.drawn is not None:
+        return Scene(options.drawn), placement, facing
     return Scene(recorded_scenario(placed, options.seed, options.reaches)), placement, facing
 
 

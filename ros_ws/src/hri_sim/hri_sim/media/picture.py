@@ -211,6 +211,11 @@ def _draw_top_view(axes: Axes, moment: _Moment) -> None:
     axes.add_patch(
         Rectangle(corner, *table.size[:2], fc=(0.955, 0.94, 0.91), ec=(0.8, 0.76, 0.7), zorder=0)
     )
+    for box in scenario.obstacles:
+        begin = (box.center[0] - 0.5 * box.size[0], box.center[1] - 0.5 * box.size[1])
+        axes.add_patch(
+            Rectangle(begin, *box.size[:2], fc=(0.95, 0.72, 0.45), ec=(0.8, 0.5, 0.2), zorder=0.5)
+        )
     during = moment.during
     if moment.prediction is not None:
         wrist, radii = tube_shown(moment.prediction.mean[:, 2], moment.prediction.sigma[:, 2])

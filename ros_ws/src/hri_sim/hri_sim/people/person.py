@@ -92,6 +92,11 @@ class SimulatedPerson:
         self._motions.append(motion)
         return motion
 
+    def forget_ended(self, before_s: float) -> None:
+        """Drop reaches that had ended by a time [s], but for the last: nobody asks for what was before."""
+        ended = sum(motion.end_s <= before_s for motion in self._motions)
+        del self._motions[: max(ended - 1, 0)]
+
     def divert(self, movement: Movement) -> None:
         """Let the last planned reach become another movement on its way.
 

@@ -56,6 +56,18 @@ class TableSpec(_Model):
         return self.center[2] + 0.5 * self.size[2]
 
 
+class BoxSpec(_Model):
+    """A box that stands in the scene, its edges along the axes; nothing may touch it.
+
+    Attributes:
+        center: Centre of the box [m].
+        size: Full edge lengths along x, y, z [m].
+    """
+
+    center: Vector3
+    size: Size3
+
+
 class PersonSpec(_Model):
     """A seated person, facing the robot (along -x), who reaches with one arm.
 
@@ -149,6 +161,7 @@ class Scenario(_Model):
         targets: Named points [m]: tool targets of the robot, hand tip targets of persons.
         persons: Who is there.
         reaches: What is done, one after the other.
+        obstacles: What else stands there; policies keep clear of it, planners know only the table.
     """
 
     name: str
@@ -158,6 +171,7 @@ class Scenario(_Model):
     targets: dict[Name, Vector3]
     persons: tuple[PersonSpec, ...] = ()
     reaches: Annotated[tuple[ReachSpec, ...], Field(min_length=1)]
+    obstacles: tuple[BoxSpec, ...] = ()
 
     @model_validator(mode="after")
     def _references_exist(self) -> Scenario:
@@ -250,6 +264,8 @@ def save_scenario(path: str | Path, scenario: Scenario) -> None:
         ConfigError: when the file cannot be written.
     """
     values = scenario.model_dump(mode="json")
+    if not values["obstacles"]:
+        del values["obstacles"]
     text = yaml.safe_dump(values, sort_keys=False, default_flow_style=None, width=100)
     try:
         Path(path).write_text(text)
@@ -259,6 +275,7 @@ def save_scenario(path: str | Path, scenario: Scenario) -> None:
 
 _PARTS: dict[str, type[_Model]] = {
     "table": TableSpec,
+    "obstacles": BoxSpec,
     "persons": PersonSpec,
     "reaches": ReachSpec,
 }

@@ -1,8 +1,8 @@
-"""The MuJoCo model of a scenario: the one URDF, a table, targets and the people's arms.
+"""The MuJoCo model of a scenario: the one URDF, a table, boxes, targets and the people's arms.
 
 The robot's collision shapes become capsules of the radii in the URDF. A person's arm is three
-capsules on mocap bodies, placed and sized anew whenever the arm moves. Only the pairs robot-person
-and robot-table may touch.
+capsules on mocap bodies, placed and sized anew whenever the arm moves. Only the robot may touch
+anything: people, table and boxes.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from hri_planner.robot.model import CAPSULE_NAMES, RobotModel
 from hri_prediction.arm.geometry import ArmRadii
 from hri_prediction.compiled import njit
 from hri_prediction.errors import DataError
-from hri_sim.scenario.schema import Scenario
+from hri_sim.scenario.schema import BoxSpec, Scenario, TableSpec
 
 FloatArray = NDArray[np.float64]
 
@@ -168,7 +168,9 @@ def build_scene(robot: RobotModel, scenario: Scenario, config: SceneConfig | Non
         motor.ctrllimited = True
         motor.ctrlrange[:] = (-effort, effort)
     spec.body("lwr_tool").add_site(name="tool", size=[0.008] * 3, rgba=[0.1, 0.1, 0.1, 1.0])
-    _add_table(spec, scenario, config.contacts)
+    _add_box(spec, "table", scenario.table, (0.80, 0.74, 0.65, 1.0), config.contacts)
+    for index, box in enumerate(scenario.obstacles):
+        _add_box(spec, f"obstacle_{index}", box, (0.90, 0.55, 0.20, 1.0), config.contacts)
     for name, point in scenario.targets.items():
         spec.worldbody.add_site(
             name=f"target_{name}", pos=point, size=[0.015] * 3, rgba=[0.10, 0.60, 0.45, 0.9]
@@ -201,14 +203,19 @@ def _robot_capsules(spec: mujoco.MjSpec, contacts: bool) -> None:
         )
 
 
-def _add_table(spec: mujoco.MjSpec, scenario: Scenario, contacts: bool) -> None:
-    table = scenario.table
+def _add_box(
+    spec: mujoco.MjSpec,
+    name: str,
+    box: TableSpec | BoxSpec,
+    colour: tuple[float, float, float, float],
+    contacts: bool,
+) -> None:
     spec.worldbody.add_geom(
-        name="table",
+        name=name,
         type=mujoco.mjtGeom.mjGEOM_BOX,
-        pos=table.center,
-        size=[0.5 * length for length in table.size],
-        rgba=[0.80, 0.74, 0.65, 1.0],
+        pos=box.center,
+        size=[0.5 * length for length in box.size],
+        rgba=colour,
         contype=_OTHERS[0] if contacts else 0,
         conaffinity=_OTHERS[1] if contacts else 0,
     )

@@ -192,6 +192,9 @@ class LockStep:
                 node.tick(self.now_ns)
                 self._discover()
                 self._deliver()
+        for node in self.nodes:
+            if not node.settled():
+                self.spin_until(node.settled, f"what node {node.get_name()} has asked for")
 
     def spin_until(self, done: Any, what: str) -> None:
         """Let services and actions proceed, with the time standing still, until ``done()``.

@@ -1,0 +1,293 @@
+"""Command line of ``scripts/adapt_policy.py``: experiments in which a policy improves by a person."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+import yaml
+from rich.console import Console
+
+from hri_planner.dmp.model_file import load_dmp, save_dmp
+from hri_planner.dmp.policy import DmpPolicy
+from hri_planner.pibb.beginning import first_policy
+from hri_planner.pibb.experiment import (
+    Experiment,
+    experiment_of,
+    find_experiment,
+    load_experiment,
+    shipped_experiments,
+    to_mapping,
+)
+from hri_planner.pibb.library import PolicyLibrary
+from hri_planner.pibb.session import Session
+from hri_planner.pibb.storage import learnt_in
+from hri_planner.robot.model import load_robot
+from hri_prediction.config import from_mapping
+from hri_prediction.errors import HriError
+from hri_prediction.results.origin import results_origin
+from hri_prediction.results.progress import ProgressLine
+from hri_sim.launch.adaptation import AdaptationOptions, run_adaptation
+from hri_sim.launch.folder import naming
+from hri_sim.launch.lockstep import run_in_lockstep
+from hri_sim.launch.options import Parameters, Seed, default_folder, one_of
+from hri_sim.launch.run import explain
+from hri_sim.readability.batch import batch_table, learn_all
+from hri_sim.readability.library_command import DEFAULT_LIBRARY
+from hri_sim.readability.traits import POPULATIONS
+
+app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+
+MODES = ("live", "lockstep", "batch")
+HUMANS = ("simulated", "live")
+
+
+@app.command(context_settings={"help_option_names": ["-h", "--help"]})
+def adapt(
+    experiment: Annotated[
+        str,
+        typer.Option(
+            help="A .yaml file, or one that ships: " + ", ".join(shipped_experiments()) + "."
+        ),
+    ] = "transfer",
+    mode: Annotated[
+        str,
+        typer.Option(
+            help="live: all nodes, in real time, recorded; lockstep: all nodes in one process, as fast as "
+            "they go; batch: without ROS, many people, for statistics."
+        ),
+    ] = "live",
+    human: Annotated[
+        str,
+        typer.Option(
+            help="live: whose answers count: simulated (the observer node), or live (keys pressed with "
+            "examples/live/press_goal.py, or hands from motion capture nodes that you start)."
+        ),
+    ] = "simulated",
+    population: Annotated[
+        str,
+        typer.Option(help="Whom simulated people are drawn from: " + ", ".join(POPULATIONS) + "."),
+    ] = "usual",
+    person: Annotated[
+        str | None, typer.Option(help="Name of the person. Default: person<seed>.")
+    ] = None,
+    policy: Annotated[
+        Path | None,
+        typer.Option(
+            help="Policy to begin with (.npz), such as another person's; it may be one of another start. "
+            "Default: straight ways."
+        ),
+    ] = None,
+    weights: Annotated[
+        str | None,
+        typer.Option(
+            help="Weights of the costs, as in table 7.2 (end_effector, joint), balanced, or a YAML "
+            "mapping such as '{task: 40, indistinct: 0}'. Default: the experiment's."
+        ),
+    ] = None,
+    updates: Annotated[
+        int | None, typer.Option(help="Updates. Default: the experiment's.", min=1)
+    ] = None,
+    rollouts: Annotated[
+        int | None,
+        typer.Option(help="Trials of each goal in an update. Default: the experiment's.", min=2),
+    ] = None,
+    habituation: Annotated[
+        int | None,
+        typer.Option(help="Trials of each goal before. Default: the experiment's.", min=1),
+    ] = None,
+    seed: Seed = 0,
+    seeds: Annotated[int, typer.Option(help="batch: how many people, one a seed.", min=1)] = 4,
+    first_seed: Annotated[int, typer.Option(help="batch: seed of the first.", min=0)] = 0,
+    workers: Annotated[int, typer.Option(help="batch: processes; 0: one a core.", min=0)] = 0,
+    readings: Annotated[
+        int,
+        typer.Option(
+            help="batch: trials of each goal by which the first and the last policy are compared.",
+            min=1,
+        ),
+    ] = 40,
+    library: Annotated[
+        Path, typer.Option(help="Policy library that the person's policy goes into.")
+    ] = DEFAULT_LIBRARY,
+    parameters: Parameters = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder of the experiment; one that holds trials of it is gone on with. "
+            "Default: runs/adapt_<time>."
+        ),
+    ] = None,
+    record: Annotated[bool, typer.Option(help="live: record a bag.")] = True,
+    smoke: Annotated[bool, typer.Option(help="A few trials only: does it run?")] = False,
+) -> None:
+    """Let a policy improve by how a person reads the robot (PI^BB).
+
+    The robot goes to goals in random order, in samples of its policy; the person says, or shows, which
+    goal it is going to; what was read soon and rightly counts for more in the next update. Everything is
+    saved after each trial: Ctrl-C, a crash or a kill lose the trial under way, and the same command with
+    the same --out goes on. Leaves trials.csv, policy.npz (also in the library), adaptation.png and, live,
+    a bag. Exit code 0: done; 1: something went wrong; 130 after Ctrl-C.
+    """
+    console = Console()
+    try:
+        one_of("mode", mode, MODES)
+        one_of("human", human, HUMANS)
+        one_of("population", population, tuple(POPULATIONS))
+        with naming("--experiment", experiment):
+            chosen = load_experiment(find_experiment(experiment))
+        chosen = _changed(chosen, weights, updates, rollouts, habituation)
+        if smoke:
+            plan = replace(chosen.improvement, updates=1, rollouts=2, habituation=1)
+            chosen, readings, seeds = chosen.with_(improvement=plan), 2, min(seeds, 2)
+        chosen.check(load_robot())
+        folder = out or default_folder("adapt")
+        if mode == "batch":
+            first = None
+            if policy is not None:
+                with naming("--policy", policy):
+                    first = load_dmp(policy)
+            people = range(first_seed, first_seed + seeds)
+            _batch(chosen, first, folder, people, workers, readings, console)
+            return
+        name = person or f"person{seed}"
+        session, begun = _one(
+            chosen, folder, mode, human, population, name, policy, parameters, seed, record, console
+        )
+        _conclude(session, begun, folder, name, seed, library, console)
+    except (HriError, OSError) as error:
+        explain(error, console)
+        raise typer.Exit(1) from error
+    except KeyboardInterrupt:
+        console.print(f"stopped; --out {folder} again goes on", highlight=False, soft_wrap=True)
+        raise typer.Exit(130) from None
+
+
+def _changed(
+    experiment: Experiment,
+    weights: str | None,
+    updates: int | None,
+    rollouts: int | None,
+    habituation: int | None,
+) -> Experiment:
+    """The experiment with what the command line says otherwise."""
+    content = to_mapping(experiment)
+    if weights is not None:
+        with naming("--weights", weights):
+            content["weights"] = yaml.safe_load(weights)
+            experiment = experiment_of(content)
+    given = {"updates": updates, "rollouts": rollouts, "habituation": habituation}
+    plan = {**asdict(experiment.improvement), **{k: v for k, v in given.items() if v is not None}}
+    return experiment.with_(improvement=from_mapping(type(experiment.improvement), plan))
+
+
+def _one(
+    experiment: Experiment,
+    folder: Path,
+    mode: str,
+    human: str,
+    population: str,
+    person: str,
+    policy: Path | None,
+    parameters: Path | None,
+    seed: int,
+    record: bool,
+    console: Console,
+) -> tuple[Session, DmpPolicy]:
+    """An experiment with one person, in the graph: the session, and the policy that it began with."""
+    begun = first_policy(experiment, load_robot(), policy or "")
+    options = AdaptationOptions(
+        out=folder,
+        experiment=experiment,
+        person=person,
+        seed=seed,
+        policy=policy,
+        human=human,
+        population=population,
+        parameters=parameters,
+        record=record,
+    )
+    with ProgressLine(console) as line:
+        line.say("starting")
+        if mode == "live":
+            return run_adaptation(options, console, line), begun
+        line.say("trials")
+        return run_in_lockstep(options, line.count), begun
+
+
+def _conclude(
+    session: Session,
+    begun: DmpPolicy,
+    folder: Path,
+    person: str,
+    seed: int,
+    library: Path,
+    console: Console,
+) -> None:
+    """Keep the policy, draw the trials, say what came of it."""
+    from hri_sim.readability.session_picture import draw_session
+    from hri_sim.readability.session_table import print_session
+
+    name = session.experiment.name
+    picture = folder / "adaptation.png"
+    draw_session(picture, session, begun, f"{name}: {person}")
+    learnt = learnt_in(session, person=person, seed=seed, commit=str(results_origin()["commit"]))
+    kept = PolicyLibrary(library).add(session.state.policy, person, name, learnt, replace=True)
+    print_session(console, session)
+    for what, path in {
+        "trials": folder / "trials" / "trials.csv",
+        "picture": picture,
+        "policy": kept,
+    }.items():
+        console.print(f"{what + ':':<9}{path}", highlight=False, markup=False, soft_wrap=True)
+
+
+def _batch(
+    experiment: Experiment,
+    first: DmpPolicy | None,
+    folder: Path,
+    people: range,
+    workers: int,
+    readings: int,
+    console: Console,
+) -> None:
+    """Many people, without ROS."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with ProgressLine(console) as line:
+        line.say(f"{experiment.name}: people")
+        rows = learn_all(
+            experiment,
+            people,
+            first=first,
+            readings=readings,
+            workers=workers,
+            folder=folder,
+            progress=line.count,
+        )
+    table, figures = batch_table(rows)
+    (folder / "results.json").write_text(
+        json.dumps(
+            {
+                "experiments": {experiment.name: figures},
+                "people": [row.row for row in rows],
+                "origin": results_origin(),
+            },
+            indent=2,
+            allow_nan=False,
+        )
+        + "\n"
+    )
+    for row in rows:
+        learnt = {"experiment": experiment.name, "person": f"person{row.seed}", **row.row}
+        save_dmp(folder / f"policy_{row.seed}.npz", row.last, learnt)
+    console.print(table)
+    console.print(f"figures: {folder / 'results.json'}", highlight=False, soft_wrap=True)
+
+
+def main() -> int:
+    """Entry point."""
+    app(prog_name="adapt_policy.py")
+    return 0

@@ -1,0 +1,300 @@
+"""An experiment in the live graph: start the nodes, watch the trials, stop, say what came of it."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from hri_planner.pibb.experiment import Experiment, save_experiment
+from hri_planner.pibb.session import Session
+from hri_planner.pibb.storage import SESSION, load_session
+from hri_planner.robot.model import load_robot
+from hri_prediction.errors import ConfigError, GraphError
+from hri_prediction.results.origin import results_origin
+from hri_prediction.results.progress import ProgressLine
+from hri_prediction.ros.messages import AdaptationStatus
+from hri_prediction.ros.qos import reliable
+from hri_sim.launch.conductor import Conductor
+from hri_sim.launch.folder import RunFolders
+from hri_sim.launch.held_signals import EndingSignals
+from hri_sim.launch.parameters import complete_parameters, read_parameters
+from hri_sim.launch.run import (
+    COMMAND_TIMEOUT_S,
+    READY_TIMEOUT_S,
+    RECORDER_STOP_TIMEOUT_S,
+    print_line,
+    why_broken,
+)
+from hri_sim.launch.scene import SCENARIO
+from hri_sim.launch.supervisor import NodeSpec, Supervisor
+from hri_sim.readability.scene import experiment_scenario
+from hri_sim.scenario.schema import Scenario, save_scenario
+
+EXPERIMENT = "experiment.yaml"
+"""What is done, as the nodes read it."""
+TRIALS = "trials"
+"""Folder of the trials in that of an experiment."""
+SILENT_S = 5.0
+"""An adaptation node that says nothing for so long hangs [s]."""
+
+
+@dataclass(frozen=True)
+class AdaptationOptions:
+    """What is run.
+
+    Attributes:
+        out: Folder of the experiment; one that holds trials is gone on with.
+        experiment: What is done.
+        person: Name of the person.
+        seed: Seed of everything random.
+        policy: Policy to begin with; none: straight ways.
+        human: ``simulated``, or ``live``: whoever presses keys, or is tracked.
+        population: Whom the simulated person is drawn from.
+        parameters: File with further parameters of nodes.
+        record: Whether a bag is recorded.
+    """
+
+    out: Path
+    experiment: Experiment
+    person: str
+    seed: int
+    policy: Path | None = None
+    human: str = "simulated"
+    population: str = "usual"
+    parameters: Path | None = None
+    record: bool = True
+
+    @property
+    def trials(self) -> Path:
+        """Folder of the trials."""
+        return self.out / TRIALS
+
+
+def adaptation_specs(
+    options: AdaptationOptions, scenario: Scenario, folder: Path, bag: Path | None
+) -> list[NodeSpec]:
+    """The nodes of an experiment, each with the parameters that are not as by default.
+
+    Args:
+        options: What is run.
+        scenario: Its scene.
+        folder: Gets the files that the nodes read.
+        bag: Bag folder; none: nothing is recorded.
+    """
+    experiment = options.experiment
+    scenario_path, experiment_path = (folder / SCENARIO).resolve(), (folder / EXPERIMENT).resolve()
+    save_scenario(scenario_path, scenario)
+    save_experiment(experiment_path, experiment)
+    planner: dict[str, Any] = {}
+    if not experiment.avoidance:
+        planner = {"policy_planner.field_strength": 0.0, "policy_planner.link_reach": 0.0}
+    if scenario.obstacles:
+        planner["box_centers"] = [float(v) for box in scenario.obstacles for v in box.center]
+        planner["box_sizes"] = [float(v) for box in scenario.obstacles for v in box.size]
+    specs = [
+        NodeSpec(
+            "hri_sim",
+            "simulator",
+            {
+                "scenario": str(scenario_path),
+                "seed": options.seed,
+                "command_timeout": COMMAND_TIMEOUT_S,
+            },
+        ),
+        NodeSpec("hri_planner", "policy", planner),
+        NodeSpec(
+            "hri_planner",
+            "adaptation",
+            {
+                "experiment": str(experiment_path),
+                "folder": str(options.trials.resolve()),
+                "person": options.person,
+                "seed": options.seed,
+                **({"policy": str(options.policy.resolve())} if options.policy else {}),
+            },
+        ),
+    ]
+    if options.human == "simulated":
+        observer = {
+            "experiment": str(experiment_path),
+            "seed": options.seed,
+            "population": options.population,
+            "body_id": scenario.persons[0].id,
+        }
+        specs.insert(1, NodeSpec("hri_sim", "observer", observer))
+    if bag is not None:
+        specs.append(
+            NodeSpec(
+                "hri_sim",
+                "recorder",
+                {
+                    "output": str(bag),
+                    "provenance": json.dumps(
+                        {
+                            "seed": options.seed,
+                            "scenario": scenario.name,
+                            "planner": "policy",
+                            "human": options.human,
+                            "human_file": "",
+                            "library": "",
+                        }
+                    ),
+                },
+                essential=False,
+                last=True,
+                stop_timeout_s=RECORDER_STOP_TIMEOUT_S,
+            )
+        )
+    return specs
+
+
+class AdaptationConductor(Conductor):
+    """Watches the trials; the adaptation node conducts them."""
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        supervisor: Supervisor,
+        say: Callable[[str], None],
+        tell: Callable[[str], None],
+        progress: Callable[[int, int, str], None],
+    ) -> None:
+        super().__init__(scenario, supervisor, say, tell, mover="policy")
+        self._progress = progress
+        self._trials: AdaptationStatus | None = None
+        self._heard_s = 0.0
+        self._told = (-1, "")
+        self._node.create_subscription(
+            AdaptationStatus, "adaptation/status", self._on_trials, reliable(10)
+        )
+
+    def _on_trials(self, message: AdaptationStatus) -> None:
+        self._trials, self._heard_s = message, time.monotonic()
+
+    def run(self) -> None:
+        """Until the experiment is over.
+
+        Raises:
+            GraphError: when it is given up, or the adaptation node falls silent.
+        """
+        self._begun = True
+        self._heard_s = time.monotonic()
+
+        def over() -> bool:
+            if time.monotonic() - self._heard_s > SILENT_S:
+                raise GraphError(f"the adaptation node has said nothing for {SILENT_S:.0f} s")
+            status = self._trials
+            if status is None:
+                return False
+            told = (status.trial, _described(status))
+            if told != self._told:
+                self._told = told
+                self._progress(status.trial, status.trials, told[1])
+            if status.stage == AdaptationStatus.STOPPED:
+                raise GraphError(f"the experiment was given up: {status.reason}")
+            return bool(status.stage == AdaptationStatus.OVER)
+
+        self.spin_until(over, 24 * 3600.0, "the end of the experiment")
+
+
+def _described(status: AdaptationStatus) -> str:
+    """How it goes, in a few words."""
+    words = [
+        "habituation" if status.update < 0 else f"update {status.update + 1} of {status.updates}"
+    ]
+    if status.last_trial >= 0:
+        times = dict(zip(status.term_names, status.terms, strict=True))
+        right = "right" if status.last_guess == status.last_goal else "wrong"
+        words.append(f"{status.last_goal}: {right} after {times['prediction_time']:.2f} s")
+    if status.aborted:
+        words.append(f"{status.aborted} broken off")
+    if status.reason:
+        words.append(status.reason)
+    return " · ".join(words)
+
+
+def run_adaptation(options: AdaptationOptions, console: Console, line: ProgressLine) -> Session:
+    """Run an experiment, or go on with it, every node its own process.
+
+    Returns:
+        The session as it was saved.
+
+    Raises:
+        ConfigError: when the options do not fit, or a folder cannot be written.
+        NodeDeath: when a node that the run needs ended by itself.
+        GraphError: when the graph did not come up, or the experiment was given up.
+    """
+    check_person(options)
+    number = 1 + sum(path.is_dir() for path in options.out.glob("run_*"))
+    folder = options.out / f"run_{number}"
+    scenario = experiment_scenario(options.experiment, load_robot())
+    with RunFolders(folder, None, (SCENARIO, EXPERIMENT)) as folders, EndingSignals() as signals:
+        specs = complete_parameters(
+            adaptation_specs(options, scenario, folder, folders.bag if options.record else None),
+            read_parameters(options.parameters),
+            f"--parameters {options.parameters}",
+        )
+        broken: BaseException | None = None
+        with Supervisor(folder) as supervisor:
+            conductor = AdaptationConductor(
+                scenario, supervisor, line.say, lambda text: print_line(console, text), line.count
+            )
+            try:
+                conductor.check_alone([spec.label for spec in specs])
+                supervisor.start(specs)
+                conductor.wait_ready(READY_TIMEOUT_S)
+                folders.keep()
+                line.say("trials")
+                conductor.run()
+            except BaseException as error:  # also Ctrl-C
+                if isinstance(error, KeyboardInterrupt) and conductor.begun:
+                    print_line(
+                        console, "stopping; what is done so far is kept: --out again goes on"
+                    )
+                conductor.break_off(why_broken(error))
+                broken = error
+            finally:
+                signals.begin(conductor.insisted)
+                conductor.close()
+            line.say("stopping")
+            killed = supervisor.stop(
+                tell=lambda text: print_line(console, text), hurry=lambda: signals.count
+            )
+        if killed:
+            print_line(console, f"had to be killed: {', '.join(killed)}")
+        if broken is not None:
+            raise broken
+        session, _ = load_session(options.trials)
+        (folder / "origin.json").write_text(json.dumps(results_origin(), indent=2) + "\n")
+        return session
+
+
+def check_person(options: AdaptationOptions) -> None:
+    """Check that the folder is new, or holds trials of the same person and experiment.
+
+    Raises:
+        ConfigError: when it does not.
+    """
+    if not (options.trials / SESSION).exists():
+        if options.out.exists() and any(options.out.iterdir()):
+            raise ConfigError(
+                f"--out {options.out} holds other things than trials",
+                expected="a new or empty folder, or that of an experiment to go on with",
+                hint="choose another with --out",
+            )
+        return
+    session, header = load_session(options.trials)
+    found = (session.experiment.name, header.get("person"))
+    wanted = (options.experiment.name, options.person)
+    if found != wanted:
+        raise ConfigError(
+            f"--out {options.out} holds {found[0]} of {found[1]}",
+            expected=f"{wanted[0]} of {wanted[1]}",
+            hint="choose another folder, or that experiment and person",
+        )

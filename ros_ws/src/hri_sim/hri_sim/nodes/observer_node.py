@@ -1,0 +1,160 @@
+"""Observer node: a simulated person who watches the robot, guesses where it is going, and says so.
+
+The person sees the tool (``joint_states``), and when sure presses a key (``humans/guess``), or reaches for
+the goal's target through the robot's space, as motion capture then says. Which goal it is stands nowhere
+that the person looks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
+
+from hri_planner.pibb.experiment import find_experiment, load_experiment
+from hri_planner.robot.model import load_robot
+from hri_planner.ros.conversions import joints_from_message
+from hri_prediction.config import parameter, validate
+from hri_prediction.errors import DataError
+from hri_prediction.ros.conversions import WORLD
+from hri_prediction.ros.messages import AdaptationStatus, GoalGuess, Reset
+from hri_prediction.ros.node import OK, HriNode, run_node
+from hri_prediction.ros.parameters import declare_config
+from hri_prediction.ros.qos import SENSOR, reliable
+from hri_prediction.ros.time import NANO, to_ns, to_time
+from hri_sim.nodes.captured_bodies import CapturedBodies
+from hri_sim.people.capture import CapturedBody
+from hri_sim.people.seeding import tracking_generator
+from hri_sim.people.tracking import SAMPLE_PERIOD_NS, TrackingModel
+from hri_sim.readability.learning import TRAITS, TRIALS, generator
+from hri_sim.readability.participant import Participant, participant_spec
+from hri_sim.readability.traits import POPULATIONS, draw_person
+
+_WATCHED = (AdaptationStatus.READY, AdaptationStatus.MOVING, AdaptationStatus.ANSWERING)
+
+
+@dataclass(frozen=True)
+class ObserverNodeConfig:
+    """What the node needs to know."""
+
+    experiment: str = parameter(
+        "transfer", "What is done: a .yaml file, or an experiment that ships"
+    )
+    seed: int = parameter(0, "Seed of the person and of what the person does", low=0)
+    population: str = parameter(
+        "usual", "Whom the person is drawn from", choices=tuple(POPULATIONS)
+    )
+    body_id: str = parameter("person1", "Name of the body")
+
+    def __post_init__(self) -> None:
+        validate(self)
+        participant_spec(self.body_id)
+
+
+class ObserverNode(HriNode):
+    """One person who takes part in an experiment of the adaptation node."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__("observer", period_s=SAMPLE_PERIOD_NS / NANO, **kwargs)
+        self._config = declare_config(self, ObserverNodeConfig)
+        self._robot = load_robot()
+        self._experiment = load_experiment(find_experiment(self._config.experiment))
+        self._seed = self._config.seed
+        self._stage = AdaptationStatus.IDLE
+        self._tool: Any = None
+        self._watching = self._said = False
+        self._guesses = 0
+        self._captured = CapturedBodies(self, [self._config.body_id], self._person_anew)
+        self._guess = self.announce(GoalGuess, "humans/guess", reliable(10))
+        self.listen(AdaptationStatus, "adaptation/status", self._on_status, reliable(10))
+        self.listen(JointState, "joint_states", self._on_joints, SENSOR)
+        self.serve(Reset, "~/reset", self._on_reset)
+
+    def _person_anew(self) -> dict[str, CapturedBody]:
+        experiment, name = self._experiment, self._config.body_id
+        traits = draw_person(
+            self._config.population, generator(self._seed, TRAITS), len(experiment.goals)
+        )
+        spec = participant_spec(name)
+        self._participant = Participant(
+            traits,
+            experiment.targets,
+            hand=experiment.response == "hand",
+            rng=generator(self._seed, TRIALS),
+            spec=spec,
+        )
+        self._watching = self._said = False
+        tracking = TrackingModel(spec, tracking_generator(self._seed, name))
+        return {name: CapturedBody(self._participant.person.truth, spec.side, tracking)}
+
+    def _on_status(self, message: AdaptationStatus) -> None:
+        before, self._stage = self._stage, message.stage
+        if self._stage == before:
+            return
+        now_s = self._captured.seconds(self.now_ns())
+        if self._stage == AdaptationStatus.READY and self._tool is not None:
+            self._participant.begin(now_s, self._tool, self._experiment.goals)
+            self._watching, self._said = True, False
+        elif self._stage not in _WATCHED and self._watching:
+            self._watching = False
+            self._participant.go_home(now_s + 0.1)
+
+    def _on_joints(self, message: JointState) -> None:
+        try:
+            q, _ = joints_from_message(message, self._robot.joint_names)
+        except DataError as error:
+            self.fault("joints", str(error))
+            return
+        self._tool = self._robot.frames(np.array(q))[3]
+        if self._watching:
+            time_s = self._captured.seconds(to_ns(message.header.stamp))
+            self._participant.watch(time_s, self._tool)
+
+    def _on_reset(self, request: Reset.Request, response: Reset.Response) -> Reset.Response:
+        if request.scenario:
+            response.success = False
+            response.message = f"scenario {request.scenario!r}; an observer has none, only a seed"
+            return response
+        self._seed = int(request.seed)
+        self._captured.restart()
+        response.success = True
+        return response
+
+    def on_tick(self, now_ns: int) -> None:
+        """Publish where the arm is; press the key when it is time."""
+        self._captured.tick(now_ns)
+        decision = self._participant.decision
+        if decision is None or self._said or self._experiment.response != "press":
+            return
+        if self._captured.seconds(now_ns) < decision.shown_s:
+            return
+        self._said = True
+        self._guesses += 1
+        # Between two ticks: the key's own time, as a keyboard's driver would stamp it.
+        stamp_ns = now_ns - round((self._captured.seconds(now_ns) - decision.shown_s) * NANO)
+        header = Header(stamp=to_time(stamp_ns), frame_id=WORLD)
+        goal = self._participant.guess
+        self._guess.publish(GoalGuess(header=header, body_id=self._config.body_id, goal=goal))
+
+    def health(self) -> tuple[bytes, str, dict[str, Any]]:
+        """What the person does."""
+        if not self._watching:
+            doing = "waiting"
+        elif self._participant.guess:
+            doing = f"sure of {self._participant.guess}"
+        else:
+            doing = "watching"
+        figures = {
+            "body": self._config.body_id,
+            "keys_pressed": self._guesses,
+            "captures_skipped": self._captured.skipped,
+        }
+        return OK, doing, figures
+
+
+def main(args: list[str] | None = None) -> int:
+    """Entry point."""
+    return run_node(ObserverNode, args)
