@@ -45,6 +45,8 @@ def read_dmp(path: str | Path) -> tuple[DmpPolicy, dict[str, Any]]:
     try:
         if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
             raise DataError(f"goals {names!r}", expected="their names")
+        if len(set(names)) < len(names):
+            raise DataError(f"goals {names!r}", expected="names that differ")
         missing = {"start", "posture", "goals", "weights"} - set(arrays)
         if missing:
             raise DataError(f"no {', '.join(sorted(missing))}", expected="a whole file")

@@ -47,7 +47,7 @@ class DmpPolicy:
     goals: Mapping[str, FloatArray]
     weights: Mapping[str, FloatArray]
     duration: float
-    _back: dict[str, FloatArray] = field(default_factory=dict, repr=False)
+    _back: dict[str, FloatArray] = field(init=False, default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         """Check and freeze the values."""
@@ -67,7 +67,7 @@ class DmpPolicy:
         for name, goal in self.goals.items():
             _check(f"goal {name}", goal, (3,))
             count = np.shape(self.weights[name])[-1] if np.ndim(self.weights[name]) else 0
-            if count < 3:
+            if count < 3 or count != np.shape(next(iter(self.weights.values())))[-1]:
                 raise DataError(
                     f"weights of {name} have shape {np.shape(self.weights[name])}",
                     expected=f"(3, {BASIS_COUNT})",
@@ -92,6 +92,10 @@ class DmpPolicy:
         Raises:
             PlanningError: when there is no such goal.
         """
+        if name == HOME:
+            raise PlanningError(
+                f"{name!r} is where ways begin", expected="a goal: " + ", ".join(self.goals)
+            )
         self._known(name)
         return self.response().rollouts(self.start, self.goals[name], self.weights[name])
 
@@ -152,7 +156,10 @@ class DmpPolicy:
         """
         there = dict(self.goals if goals is None else goals)
         for name in there:
-            self._known(name)
+            if name not in self.goals:
+                raise PlanningError(
+                    f"the policy has no goal {name!r}", expected=", ".join(self.goals)
+                )
         weights = {
             name: carried(self.weights[name], (self.start, self.goals[name]), (start, goal))
             for name, goal in there.items()

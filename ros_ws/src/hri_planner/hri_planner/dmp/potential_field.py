@@ -212,7 +212,7 @@ def _push_one(x: Any, v: Any, along: Any, fixed: Any, radius: float, config: Any
     p = max(length - radius, nearest)
     slope = 1.0 if length - radius > nearest else 0.0
     ahead, gradient = np.empty(3), np.empty(3)
-    _aside(x, v, length, speed, cosine, ahead)
+    _aside(x, v, along, length, speed, cosine, ahead)
     through = 0.0
     for k in range(3):
         gradient[k] = exponent * (ahead[k] - cosine * x[k] / length) / length
@@ -224,27 +224,49 @@ def _push_one(x: Any, v: Any, along: Any, fixed: Any, radius: float, config: Any
 
 
 @njit
-def _aside(x: Any, v: Any, length: float, speed: float, cosine: float, out: Any) -> None:
-    """Direction of v; nearly straight on to the obstacle, one that is a little more aside."""
+def _aside(
+    x: Any, v: Any, along: Any, length: float, speed: float, cosine: float, out: Any
+) -> None:
+    """Direction of v; nearly straight on to the obstacle, one that is a little more aside.
+
+    Along the axis of a capsule is not aside.
+    """
     lateral = np.empty(3)
-    sine = 0.0
+    on = 0.0
     for k in range(3):
         out[k] = v[k] / speed
         lateral[k] = out[k] - cosine * x[k] / length
+        on += lateral[k] * along[k]
+    sine = 0.0
+    for k in range(3):
+        lateral[k] -= on * along[k]
         sine += lateral[k] * lateral[k]
     sine = math.sqrt(sine)
     if sine >= ASIDE:
         return
     if sine < _SAME:
-        # Over the obstacle; where that is straight on too, to the side.
-        up = 2 if abs(x[2]) < 0.9 * length else 1
-        sine = 0.0
-        for k in range(3):
-            lateral[k] = (1.0 if k == up else 0.0) - x[up] * x[k] / (length * length)
-            sine += lateral[k] * lateral[k]
-        sine = math.sqrt(sine)
-        for k in range(3):
-            out[k] = cosine * x[k] / length + ASIDE * lateral[k] / sine
-        return
+        _tie_break(x, along, length, lateral)
+        sine = 1.0
     for k in range(3):
-        out[k] = cosine * x[k] / length + ASIDE * lateral[k] / sine
+        out[k] = cosine * x[k] / length + on * along[k] + ASIDE * lateral[k] / sine
+
+
+@njit
+def _tie_break(x: Any, along: Any, length: float, out: Any) -> None:
+    """A unit vector aside of x and of an axis: over the obstacle, or where that cannot be to its side."""
+    if along[0] != 0.0 or along[1] != 0.0 or along[2] != 0.0:
+        sign = 1.0
+        for k in range(3):
+            out[k] = (along[k - 2] * x[k - 1] - along[k - 1] * x[k - 2]) / length
+        for k in range(3):
+            if abs(out[k]) > _SAME:
+                sign = math.copysign(1.0, out[k])  # the last that counts: up before aside
+        for k in range(3):
+            out[k] *= sign
+        return
+    up, squares = 2 if abs(x[2]) < 0.9 * length else 1, 0.0
+    for k in range(3):
+        out[k] = (1.0 if k == up else 0.0) - x[up] * x[k] / (length * length)
+        squares += out[k] * out[k]
+    for k in range(3):
+        out[k] /= math.sqrt(squares)

@@ -9,13 +9,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from hri_planner.dmp import drive
 from hri_planner.dmp.drive import Drive
-from hri_planner.dmp.policy import DmpPolicy
+from hri_planner.dmp.policy import DURATIONS_S, DmpPolicy
 from hri_planner.dmp.potential_field import FieldConfig
 from hri_planner.policy.hand import HandState, hand_at
 from hri_planner.policy.partner import Partner
 from hri_planner.policy.stretch import Limits, Moved, stretch
 from hri_planner.policy.tool_velocity import ToolVelocity
-from hri_prediction.errors import DataError
+from hri_prediction.errors import DataError, PlanningError
 
 FloatArray = NDArray[np.float64]
 
@@ -55,8 +55,13 @@ class DmpRunner:
             duration: How long it takes [s]; 0: as long as the policy says.
 
         Raises:
-            PlanningError: when the policy knows no such goal.
+            PlanningError: when the policy knows no such goal, or the duration is none.
         """
+        low, high = DURATIONS_S
+        if duration and not low <= duration <= high:
+            raise PlanningError(
+                f"duration {duration} s", expected=f"{low} to {high} s, or 0: the policy's"
+            )
         name = self.policy.name_of(goal)
         self._weights = self.policy.weights_from(tool, name)
         self._duration = duration or self.policy.duration

@@ -116,6 +116,8 @@ def total(terms: Terms, units: Terms, weights: CostWeights) -> float:
     for name in TERM_NAMES:
         ratio = own[name] / unit[name]
         cost += weight[name] * (2.0 * ratio / (1.0 + ratio) if name in BOUNDED else ratio)
+    if not np.isfinite(cost):
+        raise DataError(f"cost of the trial: {cost}", expected="a finite number")
     return cost
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from hri_planner.dmp.policy import DURATIONS_S, HOME, DmpPolicy
+from hri_planner.dmp.policy import AT_GOAL_M, DURATIONS_S, HOME, DmpPolicy
 from hri_planner.pibb.costs import WEIGHTS, CostWeights
 from hri_planner.pibb.initial import CLEAR_M, straight_policy
 from hri_planner.policy.config import PolicyConfig
@@ -115,6 +115,12 @@ class Experiment:
             raise ConfigError(
                 f"posture {self.posture.tolist()}", expected="angles within the joint limits"
             )
+        for name, place in self.goals.items():
+            for other in list(self.goals)[: list(self.goals).index(name)]:
+                if np.linalg.norm(place - self.goals[other]) < 2.0 * AT_GOAL_M:
+                    raise ConfigError(
+                        f"goals {other} and {name} are one place", expected="places apart"
+                    )
         least = float(robot.capsule_radii[2]) + CLEAR_M
         places = {"the start": robot.frames(self.posture)[3], **self.goals}
         for name, place in places.items():

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from hri_planner.dmp.policy import PERIOD_S, DmpPolicy
 from hri_planner.dmp.response import response
 from hri_planner.robot.model import RobotModel
+from hri_prediction.errors import PlanningError
 
 FloatArray = NDArray[np.float64]
 
@@ -37,6 +38,7 @@ def straight_policy(
 
     Raises:
         DataError: when they make no policy.
+        PlanningError: when obstacles leave no way to a goal.
     """
     start = robot.frames(posture)[3]
     weights = {}
@@ -52,6 +54,12 @@ def straight_policy(
             raised = straight.copy()
             # In the middle of the way, as measured in space.
             raised[:, 2] += lift * 16.0 * (bell * (1.0 - bell)) ** 2
+        if _gap(raised, boxes) < margin:
+            raise PlanningError(
+                f"an obstacle stands before goal {name}, and no way leads over it",
+                expected=f"ways that are raised by less than {_MOST_RAISED_M} m",
+                hint="move the goal or the obstacle",
+            )
         weights[name] = fitted.fit(raised)
     return DmpPolicy(start, posture, dict(goals), weights, duration)
 

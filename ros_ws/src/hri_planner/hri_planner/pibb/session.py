@@ -161,7 +161,7 @@ class Session:
         if not trial.sample:
             return mean
         own = mean.weights[trial.goal] + self.state.changes[trial.goal][trial.sample]
-        return replace(mean, weights={**mean.weights, trial.goal: own}, _back={})
+        return replace(mean, weights={**mean.weights, trial.goal: own})
 
     def indistinctness(self, trial: Trial) -> float:
         """J_delta of a trial's way beside the mean ways to the other goals [1/m]."""
@@ -242,7 +242,7 @@ class Session:
                     [own[sample] for sample in samples],
                     plan.greed,
                 )
-        state = replace(state, policy=replace(policy, weights=weights, _back={}))
+        state = replace(state, policy=replace(policy, weights=weights))
         return self._anew(state, state.update + 1)
 
     def _anew(self, state: State, update: int) -> State:

@@ -24,9 +24,10 @@ _MISSED = 1e-4
 def nearest_allowed(wanted: Any, outward: Any, least: Any, most: float, people: int) -> Any:
     """The acceleration (3,) next to the wanted one with outward · a >= least, no longer than ``most``.
 
-    Where there is none, only the first ``people`` of the bounds count; where there is none even for
-    them, none of these is missed by more than nearly as little as can be: sweeps that settle too slowly
-    between bounds that face each other take a little room that there is for none.
+    Where there is none, the first ``people`` of the bounds are met, and the others as nearly as can be;
+    where there is none even for them, none of these is missed by more than nearly as little as can be, and
+    the others do not count: sweeps that settle too slowly between bounds that face each other take a
+    little room that there is for none.
     """
     force = np.zeros(len(least))
     found = _projected(wanted, outward, least, force)
@@ -35,9 +36,20 @@ def nearest_allowed(wanted: Any, outward: Any, least: Any, most: float, people: 
             return found
     elif _has_room(outward, least, most):
         return _shortened(wanted, outward, least, most, force)
+    if _has_room(outward[:people], least[:people], most):
+        # The others are relaxed until there is room for them too.
+        relaxed = least.copy()
+        too_little, enough = 0.0, max(np.max(least), 0.0) + most
+        for _ in range(_HALVINGS // 2):
+            middle = 0.5 * (too_little + enough)
+            relaxed[people:] = least[people:] - middle
+            if _has_room(outward, relaxed, most):
+                enough = middle
+            else:
+                too_little = middle
+        relaxed[people:] = least[people:] - enough
+        return _shortened(wanted, outward, relaxed, most, np.zeros(len(least)))
     outward, least = outward[:people], least[:people]
-    if _has_room(outward, least, most):
-        return _shortened(wanted, outward, least, most, np.zeros(people))
     # Relaxed until there is room: -most is met by all that is short enough.
     too_little, enough = 0.0, max(np.max(least), 0.0) + most
     for _ in range(_HALVINGS // 2):

@@ -325,13 +325,17 @@ class PolicyPlanner:
         """
         if not self._trail:
             beside = float(np.linalg.norm(tool - self._goal)) < _BESIDE_M
-            return self._runner.settled(self._goal) if beside else None
+            network = self._runner.recurrent
+            return self._runner.settled(self._goal) if beside and network else None
         places = np.array([hand.position for hand in self._trail])
         return self._trail[int(np.argmin(np.sum((places - tool) ** 2, axis=1)))].memory
 
     def _stand(self, q: FloatArray, qd: FloatArray, time_s: float) -> None:
-        """Be somewhere, on the way to rest; from rest each reach begins anew."""
-        if float(np.abs(qd).max()) < self.config.forget_speed:
+        """Be somewhere, on the way to rest; from rest each reach of a network begins anew.
+
+        A movement primitive that was stopped goes on with its way from where it is.
+        """
+        if self._runner.recurrent and float(np.abs(qd).max()) < self.config.forget_speed:
             self._trail = ()
         q = np.clip(q, self.robot.lower, self.robot.upper)
         qd = np.clip(qd, -self.robot.velocity, self.robot.velocity)

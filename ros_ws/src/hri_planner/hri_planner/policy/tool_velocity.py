@@ -11,6 +11,7 @@ ranges, or to a posture.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -59,6 +60,12 @@ class ToolVelocityConfig:
 
 AWAY_DAMPING_M = 0.05
 """Damping of the motion away from obstacles, where the tool's motion nearly decides it [m]."""
+_SAME_TOOL = 1e-7
+"""Motions of the tool that differ by less are one [m/s]."""
+AWAY_MARGIN = 0.1
+"""Making way stops so far before joint limits [rad]."""
+AWAY_FASTEST = 2.0
+"""No joint gets faster than this to move away from obstacles [rad/s]."""
 NOTHING_NEAR: tuple[FloatArray, float] = (np.zeros(7), 0.0)
 """No obstacle that a point of the robot is to be moved away from."""
 
@@ -163,6 +170,7 @@ def joint_speeds(
     tool_jacobian(q, lengths, tool, jacobian)
     wanted = velocity + feedback * (position - tool)
     low, high, aside = np.empty(7), np.empty(7), np.empty(7)
+    inner_low, inner_high = np.empty(7), np.empty(7)
     speed = np.sqrt(np.sum(velocity**2))
     for joint in range(7):
         up = _braking(upper[joint] - q[joint], most, dt, fastest[joint])
@@ -170,9 +178,16 @@ def joint_speeds(
         # A joint that is too quick already brakes as it can.
         low[joint] = max(down, min(qd[joint] - most * dt, up))
         high[joint] = min(up, max(qd[joint] + most * dt, down))
+        # What makes way keeps farther from the limits, and leaves half of the braking.
+        room = upper[joint] - q[joint] - AWAY_MARGIN
+        inner_high[joint] = min(high[joint], _braking(room, 0.5 * most, dt, AWAY_FASTEST))
+        room = q[joint] - lower[joint] - AWAY_MARGIN
+        inner_low[joint] = max(low[joint], -_braking(room, 0.5 * most, dt, AWAY_FASTEST))
         # No faster than the tool: a robot at rest stays at rest.
         aside[joint] = centring * speed * (posture[joint] - q[joint])
-    return _saturated(jacobian, wanted, aside, low, high, fastest, damping, near, row, away)
+    return _saturated(
+        jacobian, wanted, aside, low, high, inner_low, inner_high, fastest, damping, near, row, away
+    )
 
 
 @njit
@@ -189,13 +204,58 @@ def _saturated(
     aside: Any,
     low: Any,
     high: Any,
+    inner_low: Any,
+    inner_high: Any,
     fastest: Any,
     damping: float,
     near: float,
     row: Any,
     away: float,
 ) -> Any:
-    """Speeds of all joints (7,), those that would be over a limit at it."""
+    """Speeds of all joints (7,), those that would be over a limit at it.
+
+    The tool comes first: if its motion is another one with what makes way than without, by limits that
+    joints come to, they only go as far that way as leaves it.
+    """
+    nothing = np.zeros(7)
+    plain = _within(jacobian, wanted, aside, low, high, fastest, damping, near, nothing, 0.0)
+    growing = np.sum(row * plain)
+    if not away > growing:
+        return plain
+    # Stretched out the tool's motion needs all joints: then they make way the less.
+    smallest = np.linalg.svd(jacobian, full_matrices=False)[1][2]
+    away = growing + min(0.5 * smallest / near, 1.0) ** 2 * (away - growing)
+    least, most = np.minimum(plain, inner_low), np.maximum(plain, inner_high)
+    given = _within(jacobian, wanted, aside, least, most, fastest, damping, near, row, away)
+    missed = math.sqrt(np.sum((jacobian @ plain - wanted) ** 2))
+    if math.sqrt(np.sum((jacobian @ given - wanted) ** 2)) <= missed + _SAME_TOOL:
+        return given
+    # In the null space of the tool's motion, as far as the first joint gets to a limit.
+    step, share = _tool_still(jacobian, given - plain), 1.0
+    for joint in range(7):
+        if step[joint] > 1e-12:
+            share = min(share, max(most[joint] - plain[joint], 0.0) / step[joint])
+        elif step[joint] < -1e-12:
+            share = min(share, max(plain[joint] - least[joint], 0.0) / -step[joint])
+    if np.sum(row * step) <= 0.0:
+        return plain
+    return plain + share * step
+
+
+@njit
+def _within(
+    jacobian: Any,
+    wanted: Any,
+    aside: Any,
+    low: Any,
+    high: Any,
+    fastest: Any,
+    damping: float,
+    near: float,
+    row: Any,
+    away: float,
+) -> Any:
+    """Speeds within limits: joints that would be over are fixed, and the rest is solved again."""
     free, speeds = np.ones(7), np.zeros(7)
     for _ in range(7):
         rest = wanted - jacobian @ ((1.0 - free) * speeds)
@@ -203,7 +263,7 @@ def _saturated(
         found = _damped(
             jacobian * free, rest, aside * free, damping, near, row * free, away - fixed
         )
-        # The one that is over by most is fixed at its limit; the rest is solved again.
+        # The one that is over by most is fixed at its limit.
         worst, most = -1, 0.0
         for joint in range(7):
             over = max(low[joint] - found[joint], found[joint] - high[joint])
@@ -214,6 +274,17 @@ def _saturated(
         speeds[worst] = low[worst] if found[worst] < low[worst] else high[worst]
         free[worst] = 0.0
     return speeds
+
+
+@njit
+def _tool_still(jacobian: Any, speeds: Any) -> Any:
+    """What of joint speeds (7,) leaves the tool where it is."""
+    _, values, right = np.linalg.svd(jacobian, full_matrices=False)
+    left = speeds.copy()
+    for k in range(3):
+        if values[k] > 1e-6:
+            left -= right[k] * np.sum(right[k] * speeds)
+    return left
 
 
 @njit
@@ -237,7 +308,7 @@ def _damped(
         for joint in range(7):
             found[joint] += right[k, joint] * (gain * along - pulled)
             free_row[joint] -= right[k, joint] * across
-    # Moving away is one-sided, and damped: where the tool's motion leaves nothing of it, free_row is 0.
+    # Making way is one-sided, and damped: where the tool's motion leaves nothing of it, free_row is 0.
     missing, squares = away, 0.0
     for joint in range(7):
         missing -= row[joint] * found[joint]
