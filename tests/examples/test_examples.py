@@ -42,7 +42,9 @@ def test_plots_when_asked(path: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "path", [*EXAMPLES, ROOT / "examples" / "live" / "send_goal.py"], ids=lambda path: path.stem
+    "path",
+    [*EXAMPLES, *sorted((ROOT / "examples" / "live").glob("*.py"))],
+    ids=lambda path: path.stem,
 )
 def test_has_help(path: Path) -> None:
     done = run(path, "--help")

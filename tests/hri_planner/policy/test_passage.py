@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hri_planner.policy.passage import Passage
 from hri_planner.policy.hand import HandState
+from hri_planner.policy.passage import Passage
 
 DT = 0.004
 ACCELERATION = np.array((0.5, -1.0, 2.0))

@@ -233,7 +233,9 @@ def run_adaptation(options: AdaptationOptions, console: Console, line: ProgressL
     check_person(options)
     number = 1 + sum(path.is_dir() for path in options.out.glob("run_*"))
     folder = options.out / f"run_{number}"
-    scenario = experiment_scenario(options.experiment, load_robot())
+    scenario = experiment_scenario(
+        options.experiment, load_robot(), "person1" if options.human == "simulated" else None
+    )
     with RunFolders(folder, None, (SCENARIO, EXPERIMENT)) as folders, EndingSignals() as signals:
         specs = complete_parameters(
             adaptation_specs(options, scenario, folder, folders.bag if options.record else None),

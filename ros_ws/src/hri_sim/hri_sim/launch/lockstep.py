@@ -43,7 +43,9 @@ def adaptation_graph(options: AdaptationOptions, *, others: tuple[NodeFactory, .
     """
     check_person(options)
     options.out.mkdir(parents=True, exist_ok=True)
-    scenario = experiment_scenario(options.experiment, load_robot())
+    scenario = experiment_scenario(
+        options.experiment, load_robot(), "person1" if options.human == "simulated" else None
+    )
     specs = {spec.label: spec for spec in adaptation_specs(options, scenario, options.out, None)}
     factories = [
         node_factory(node, parameters=specs[name].parameters)

@@ -17,17 +17,18 @@ DELAY_S = (0.4, 1.4)
 
 
 def experiment_scenario(
-    experiment: Experiment, robot: RobotModel, person: str = "person1"
+    experiment: Experiment, robot: RobotModel, person: str | None = "person1"
 ) -> Scenario:
     """The scene of an experiment; what is done in it, the adaptation node says.
 
     Args:
         experiment: The experiment.
         robot: The robot.
-        person: Name of the body.
+        person: Name of the simulated body; none: nobody is simulated.
     """
     first = next(iter(experiment.goals))
-    return _scenario(experiment, robot, participant_spec(person), [ReachSpec(robot_target=first)])
+    people = () if person is None else (participant_spec(person),)
+    return _scenario(experiment, robot, people, [ReachSpec(robot_target=first)])
 
 
 def policy_scenario(
@@ -65,11 +66,14 @@ def policy_scenario(
                     duration=policy.duration,
                 )
             )
-    return _scenario(experiment, robot, participant_spec(), steps)
+    return _scenario(experiment, robot, (participant_spec(),), steps)
 
 
 def _scenario(
-    experiment: Experiment, robot: RobotModel, person: PersonSpec, reaches: list[ReachSpec]
+    experiment: Experiment,
+    robot: RobotModel,
+    people: tuple[PersonSpec, ...],
+    reaches: list[ReachSpec],
 ) -> Scenario:
     def place(values: np.ndarray) -> tuple[float, float, float]:
         x, y, z = (round(float(value), 6) for value in values)
@@ -78,13 +82,14 @@ def _scenario(
     targets = {name: place(goal) for name, goal in experiment.goals.items()}
     targets[HOME] = place(robot.frames(experiment.posture)[3])
     targets |= {f"person_{name}": place(target) for name, target in experiment.targets.items()}
-    targets["person_home"] = person.home
+    if people:
+        targets["person_home"] = people[0].home
     a, b, c, d, e, f, g = (float(angle) for angle in experiment.posture)
     return Scenario(
         name=experiment.name,
         robot_start=(a, b, c, d, e, f, g),
         targets=targets,
-        persons=(person,),
+        persons=people,
         reaches=tuple(reaches),
         obstacles=tuple(
             BoxSpec(center=place(centre), size=place(2.0 * half))

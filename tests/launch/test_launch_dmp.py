@@ -1,0 +1,115 @@
+"""``scripts/launch_dmp.py`` and ``scripts/adapt_policy.py`` with real processes; wrong arguments."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from launched import Launched
+from typer.testing import CliRunner
+
+from hri_planner.dmp.model_file import save_dmp
+from hri_planner.dmp.policy import DmpPolicy
+from hri_planner.pibb.experiment import find_experiment, load_experiment
+from hri_planner.pibb.library import PolicyLibrary
+from hri_planner.robot.model import load_robot
+from hri_prediction.bags.reader import BagReader
+from hri_sim.launch.adapt import app as adapt_app
+from hri_sim.launch.dmp import DEFAULT_POLICY
+from hri_sim.launch.dmp import app as launch_app
+
+Launch = Callable[..., Launched]
+TOPICS = {"/adaptation/status", "/policy/status", "/joint_states", "/sim/state"}
+
+
+def test_movement_primitives_move_the_robot(launch: Launch) -> None:
+    run = launch("--reaches", "2", "--seed", "1", script="launch_dmp.py")
+    assert run.end(120.0) == 0, run.text
+    summary = json.loads((run.out / "summary.json").read_text())
+    assert summary["outcome"] == "reached"
+    assert summary["planner"] == DEFAULT_POLICY
+    assert len(summary["reaches"]) == 3  # there, back, there
+    for reach in summary["reaches"]:
+        assert reach["goal_error_m"] <= 0.01
+        assert reach["min_clearance_m"] > 0.02
+        assert reach["max_handover_jump_rad"] < 5e-3
+    for message in BagReader(run.out / "bag").messages({"/diagnostics"}):
+        for status in message.decode().status:
+            figures = {value.key: value.value for value in status.values}
+            assert figures.get("compiled_late", "") == "", f"{status.name} waited for a compiler"
+
+
+@pytest.mark.parametrize("experiment", ["transfer", "preliminary_end_effector"])
+def test_a_person_teaches_the_robot(launch: Launch, tmp_path: Path, experiment: str) -> None:
+    options = ("--experiment", experiment, "--smoke", "--person", "ann")
+    library = tmp_path / "library"
+    run = launch(*options, "--library", str(library), "--seed", "2", script="adapt_policy.py")
+    assert run.end(200.0) == 0, run.text
+    with (run.out / "trials" / "trials.csv").open() as file:
+        trials = list(csv.DictReader(file))
+    goals = load_experiment(find_experiment(experiment)).goals
+    assert len(trials) == 3 * len(goals)
+    assert {row["goal"] for row in trials} == set(goals)
+    assert all(float(row["clearance"]) > 0.0 for row in trials)
+    assert (run.out / "adaptation.png").stat().st_size > 10_000
+    reader = BagReader(run.out / "run_1" / "bag")
+    said = TOPICS | ({"/humans/guess"} if experiment.startswith("preliminary") else set())
+    assert said <= set(reader.topics)
+    (entry,) = PolicyLibrary(library).entries()
+    assert (entry.person, entry.experiment) == ("ann", experiment)
+    # What comes after is another run of the same experiment: there is nothing left to do.
+    again = CliRunner().invoke(adapt_app, [*options[:3], "--person", "bob", "--out", str(run.out)])
+    assert again.exit_code == 1
+    assert "ann" in again.output
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--experiment", "transfre"], "transfer"),
+        (["--mode", "dream"], "live, lockstep, batch"),
+        (["--human", "robot"], "simulated, live"),
+        (["--population", "robots"], "usual, other"),
+        (["--weights", "{task: -1}"], "at least 0"),
+        (["--weights", "heavy"], "balanced"),
+        (["--policy", "missing.npz"], "missing.npz"),
+    ],
+)
+def test_what_does_not_fit_an_experiment_is_named(
+    tmp_path: Path, options: list[str], words: str
+) -> None:
+    result = CliRunner().invoke(adapt_app, ["--out", str(tmp_path / "run"), *options])
+    assert result.exit_code == 1, result.output
+    assert words in " ".join(result.output.split())
+    assert not (tmp_path / "run").exists()
+
+
+def test_what_does_not_fit_a_policy_is_named(tmp_path: Path) -> None:
+    robot = load_robot()
+    found = load_experiment(find_experiment("transfer"))
+    policy = found.initial_policy(robot)
+    other = tmp_path / "other.npz"
+    names = {"left": "a", "middle": "b", "right": "c"}
+    save_dmp(
+        other,
+        DmpPolicy(
+            policy.start,
+            policy.posture,
+            {names[k]: v for k, v in policy.goals.items()},
+            {names[k]: v for k, v in policy.weights.items()},
+            2.0,
+        ),
+        {},
+    )
+    for options, words in (
+        (["--policy", str(other)], "goals a, b, c"),
+        (["--policy", "rnn_gru_9x9_d1"], "hri-dmp-1"),
+        (["--experiment", "nothing"], "nothing"),
+        (["--human", "robot"], "simulated, replay"),
+    ):
+        result = CliRunner().invoke(launch_app, ["--out", str(tmp_path / "run"), *options])
+        assert result.exit_code == 1, result.output
+        assert words in " ".join(result.output.split())
