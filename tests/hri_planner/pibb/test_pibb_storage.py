@@ -413,7 +413,7 @@ def test_foreign_files(saved: Path) -> None:
     policy, _ = read_dmp(saved / POLICY)
     path = saved / SESSION
     save_dmp(path, policy, {})
-    with pytest.raises(DataError, match=r"hri-dmp-1.*hri-adaptation-1"):
+    with pytest.raises(DataError, match=r"hri-dmp-1.*hri-trials-1"):
         load_session(saved)
     for content in (b"", b"PK\x03\x04", b"number,update\n", (saved / TRIALS).read_bytes()):
         path.write_bytes(content)

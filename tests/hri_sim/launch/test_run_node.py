@@ -20,8 +20,10 @@ from hri_sim.launch import run_node  # noqa: E402
 
 DOMAIN = 1 + (os.getpid() + 53) % 100
 NODES = (
+    "adaptation",
     "dyad",
     "mocap_live",
+    "observer",
     "person",
     "policy",
     "predictor",
@@ -46,14 +48,14 @@ def test_without_arguments_the_nodes_are_listed(capsys: pytest.CaptureFixture[st
 @pytest.mark.parametrize(
     ("names", "words"),
     [
-        (["hri_planner"], "It has policy, ptomp"),
+        (["hri_planner"], "It has adaptation, policy, ptomp"),
         (["hri"], "no package 'hri'"),
         (["hri", "ptomp"], "no package 'hri'"),
         (["hri_planner", "ptomp", "-p", "a:=1"], "parameters come after --ros-args"),
         (["hri_planner", "ptomp", "blah"], "'blah' would be ignored"),
         (
             ["hri_sim", "ptomp"],
-            "no node 'ptomp'; it has dyad, person, recorder, replayer, simulator",
+            "no node 'ptomp'; it has dyad, observer, person, recorder, replayer, simulator",
         ),
     ],
 )

@@ -77,7 +77,7 @@ def load_model(path: str | Path) -> AnySelection:
         raise DataError(f"{path}: {error}") from error
 
 
-POLICY_PREFIX = "rnn_"
+POLICY_PREFIXES = ("rnn_", "dmp_")
 """Policies, which ship in the same folder, are no models of adaptation."""
 
 
@@ -88,7 +88,7 @@ def _folder() -> Path:
 def shipped_names() -> list[str]:
     """The models that ship with the package."""
     names = sorted(found.stem for found in _folder().glob("*.npz"))
-    return [name for name in names if not name.startswith(POLICY_PREFIX)]
+    return [name for name in names if not name.startswith(POLICY_PREFIXES)]
 
 
 def shipped_path(name: str) -> Path:

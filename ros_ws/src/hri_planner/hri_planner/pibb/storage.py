@@ -34,7 +34,7 @@ from hri_prediction.promp.storage import read_npz, write_npz
 
 FloatArray = NDArray[np.float64]
 
-FORMAT = "hri-adaptation-1"
+FORMAT = "hri-trials-1"
 SESSION, TRIALS, POLICY = "session.npz", "trials.csv", "policy.npz"
 COLUMNS = tuple(row_of(Result(Trial(0, 0, "", 0), "", Terms(*[0.0] * len(TERM_NAMES)), 0.0, 0.0)))
 """Of ``trials.csv``."""
