@@ -389,12 +389,10 @@ def test_other_generators_are_refused_before_anything_is_written(saved: Path) ->
 
 
 def test_whole_files_come_in_their_order(tmp_path: Path) -> None:
-    write_whole(
-        {
-            tmp_path / name: lambda path, text=name: path.write_text(text)  # type: ignore[misc]
-            for name in ("b.txt", "a.txt")
-        }
-    )
+    def writer(text: str) -> Callable[[Path], object]:
+        return lambda path: path.write_text(text)
+
+    write_whole({tmp_path / name: writer(name) for name in ("b.txt", "a.txt")})
     assert {name: text.decode() for name, text in contents(tmp_path).items()} == {
         "a.txt": "a.txt",
         "b.txt": "b.txt",

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hri_planner.policy.limbs import share_along
 from hri_prediction.compiled import njit
 from hri_prediction.config import parameter, validate
 from hri_prediction.errors import DataError
@@ -125,7 +126,7 @@ def potential(
     total = 0.0
     at, moving = np.array(position, dtype=float), np.array(velocity, dtype=float)
     for index, axis in enumerate(obstacles.axes):
-        share = _share_of(axis[0], axis[1], at)
+        share = share_along(axis[0], axis[1], at)
         place = (1.0 - share) * axis[0] + share * axis[1]
         own = (1.0 - share) * obstacles.speeds[index, 0] + share * obstacles.speeds[index, 1]
         total += _potential(at - place, moving - own, float(obstacles.radii[index]), config)
@@ -145,17 +146,6 @@ def _potential(x: FloatArray, v: FloatArray, radius: float, config: FieldConfig)
 
 
 @njit
-def _share_of(first: Any, second: Any, point: Any) -> float:
-    """Where along a segment, 0 to 1, it is next to a point."""
-    squares, along = 0.0, 0.0
-    for k in range(3):
-        way = second[k] - first[k]
-        squares += way * way
-        along += way * (point[k] - first[k])
-    return min(max(along / squares, 0.0), 1.0) if squares > 1e-12 else 0.0
-
-
-@njit
 def push(
     position: Any,
     velocity: Any,
@@ -170,7 +160,7 @@ def push(
     """Add the acceleration of all obstacles to ``out`` (3,) [m/s²]."""
     x, v, along, fixed = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     for index in range(len(axes)):
-        share = _share_of(axes[index, 0], axes[index, 1], position)
+        share = share_along(axes[index, 0], axes[index, 1], position)
         squares = 0.0
         for k in range(3):
             along[k] = axes[index, 1, k] - axes[index, 0, k]

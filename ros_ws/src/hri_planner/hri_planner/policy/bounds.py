@@ -31,7 +31,7 @@ def nearest_allowed(wanted: Any, outward: Any, least: Any, most: float, people: 
     """
     force = np.zeros(len(least))
     found = _projected(wanted, outward, least, force)
-    if _length(found) <= most:
+    if _length(found) <= most * (1.0 + 1e-12):  # as long as may be, but for rounding
         if _most_missed(found, outward, least) <= _MISSED:
             return found
     elif _has_room(outward, least, most):
@@ -69,7 +69,7 @@ def _shortened(wanted: Any, outward: Any, least: Any, most: float, force: Any) -
     some share of the wanted, and the longer the larger that share (Karush, Kuhn, Tucker).
     """
     found = _projected(wanted, outward, least, force)
-    if _length(found) <= most:
+    if _length(found) <= most * (1.0 + 1e-12):  # as long as may be, but for rounding
         return found
     short, long = 0.0, 1.0
     for _ in range(_HALVINGS):

@@ -16,7 +16,7 @@ def places_of(joints: Any, speeds: Any, point: Any) -> tuple[Any, Any]:
     place, speed = np.empty((2 * count - 1, 3)), np.empty((2 * count - 1, 3))
     place[:count], speed[:count] = joints, speeds
     for index in range(count - 1):
-        share = _share(joints, index, point)
+        share = share_along(joints[index], joints[index + 1], point)
         for k in range(3):
             place[count + index, k] = (1.0 - share) * joints[index, k] + share * joints[
                 index + 1, k
@@ -28,13 +28,13 @@ def places_of(joints: Any, speeds: Any, point: Any) -> tuple[Any, Any]:
 
 
 @njit
-def _share(joints: Any, index: int, point: Any) -> float:
-    """Where along a limb, 0 to 1, it is next to a point."""
+def share_along(first: Any, second: Any, point: Any) -> float:
+    """Where along a segment, 0 to 1, it is next to a point; all (3,)."""
     squares, along = 0.0, 0.0
     for k in range(3):
-        way = joints[index + 1, k] - joints[index, k]
+        way = second[k] - first[k]
         squares += way * way
-        along += way * (point[k] - joints[index, k])
+        along += way * (point[k] - first[k])
     return min(max(along / squares, 0.0), 1.0) if squares > 1e-12 else 0.0
 
 
@@ -43,7 +43,7 @@ def nearest_on(joints: Any, point: Any) -> tuple[int, float]:
     """Limb next to a point, and where along it, 0 to 1."""
     best, limb, where = np.inf, 0, 0.0
     for index in range(len(joints) - 1):
-        share = _share(joints, index, point)
+        share = share_along(joints[index], joints[index + 1], point)
         distance = 0.0
         for k in range(3):
             place = (1.0 - share) * joints[index, k] + share * joints[index + 1, k]

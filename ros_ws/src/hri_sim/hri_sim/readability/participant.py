@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,11 +65,6 @@ class Participant:
                 )
         self._observer: Observer | None = None
         self._reached = False
-
-    @property
-    def names(self) -> Sequence[str]:
-        """Of the goals."""
-        return list(self._targets)
 
     def begin(self, time_s: float, start: FloatArray, goals: Mapping[str, FloatArray]) -> None:
         """A trial begins [s]: the tool is at its start (3,) and may go to any of the goals (3,) [m]."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -168,8 +167,3 @@ class Bench:
         before, joints = participant.person.truth(np.array((then - PERIOD_S, then)))
         speeds = (joints - before) / PERIOD_S
         return Partner(joints[-1], speeds[-1], 0.0, joints, speeds).later(SEEN_AGE_S)
-
-
-def mean_of(records: Sequence[TrialRecord], name: str) -> float:
-    """Mean of a figure over trials."""
-    return float(np.mean([getattr(record, name) for record in records]))
