@@ -7,7 +7,7 @@ import pytest
 
 from hri_planner.policy.partner import Partner
 from hri_planner.policy.runner import PolicyRunner
-from hri_planner.policy.separation import SeparationConfig
+from hri_planner.policy.separation import NO_BOXES, SeparationConfig
 from hri_planner.policy.stretch import STRAYED_M, Limits, stretch
 from hri_planner.policy.tool_velocity import ToolVelocity, ToolVelocityConfig
 from hri_planner.rnn.model_file import find_policy, load_policy, shipped_policies
@@ -28,7 +28,11 @@ HAND = Partner(np.array((0.3, -0.3, 0.4)), np.array((0.1, 0.3, -0.1)), 0.05)
 @pytest.mark.parametrize("limits", [
     Limits(APART, True, None), Limits(APART, True, 0.42), Limits(APART, False, 0.42),
 ])  # fmt: skip
-def test_it_is_the_runner_and_the_inverse_by_turns(partners: list[Partner], limits: Limits) -> None:
+def test_it_is_the_runner_and_the_inverse_by_turns(
+    partners: list[Partner], limits: Limits, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # The runner knows no links; these have tests of their own.
+    monkeypatch.setattr(Limits, "link_boxes", NO_BOXES)
     policy = load_policy(find_policy(shipped_policies()[0]))
     apart = limits.separation if limits.apart else None
     runner = PolicyRunner(policy, apart, DT, limits.floor)

@@ -60,3 +60,68 @@ def test_random_ways_stay_within_limits(seed: int) -> None:
         assert (np.abs(speeds) <= 0.9 * robot.velocity + 1e-9).all()
         q = q + speeds * DT
         assert robot.within_limits(q, 1e-9)
+
+
+def singular_way(kind: str, seed: int):
+    """A smooth motion of the joints through a singular posture: the tool's way, and where it begins."""
+    rng = np.random.default_rng(seed)
+    first, second, turned, fifth = rng.uniform(-1.0, 1.0, 4)
+    if kind == "stretched":
+        through = np.array((first, second, turned, 0.0, fifth, 0.0, 0.0))
+    else:
+        through = np.array((first, 0.0, 0.5 * np.pi, 1.2 + 0.5 * second, fifth, 0.0, 0.0))
+    drawn = rng.standard_normal(7)
+    travel, seconds = 0.8 * drawn / np.linalg.norm(drawn), 2.5
+    robot = load_robot()
+
+    def path(time: float) -> tuple[np.ndarray, np.ndarray]:
+        def tool(at: float) -> np.ndarray:
+            u = min(max(at / seconds, 0.0), 1.0)
+            bell = u**3 * (10.0 + u * (-15.0 + 6.0 * u))
+            return robot.frames(through + (bell - 0.5) * travel)[3]
+
+        return tool(time), (tool(time + 1e-4) - tool(time - 1e-4)) / 2e-4
+
+    return path, through - 0.5 * travel
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("kind", ["stretched", "inner"])
+def test_through_singular_postures_the_tool_stays_on_its_way_and_joints_are_slow(
+    kind: str, seed: int
+) -> None:
+    path, start = singular_way(kind, seed)
+    _, worst, fastest = follow(start, path, 700)
+    assert worst <= 1e-3
+    assert fastest <= 2.0
+
+
+@pytest.mark.parametrize("beyond", [0.01, 0.05, 0.15])
+def test_beyond_its_reach_the_arm_stands_still_and_it_comes_back(beyond: float) -> None:
+    """Neither does it tremble about the stretched posture, nor is it caught there."""
+    robot = load_robot()
+    q = np.array((0.3, 0.7, 0.2, 0.6, 0.0, 0.3, 0.0))
+    shoulder, tool = robot.frames(np.zeros(7))[0], robot.frames(q)[3]
+    reach = np.linalg.norm(robot.frames(np.zeros(7))[3] - shoulder)
+    length = float(np.linalg.norm(tool - shoulder))
+    out = (tool - shoulder) / length
+    inverse, speeds = ToolVelocity(robot, ToolVelocityConfig()), np.zeros(7)
+    accelerations, seconds = [], np.arange(0.0, 5.0, DT)
+
+    def share(time: float) -> float:
+        u = min(max(time / 1.5 if time < 2.0 else (4.0 - time) / 1.5, 0.0), 1.0)
+        return u**3 * (10.0 + u * (-15.0 + 6.0 * u))
+
+    for time in seconds:
+        far = [
+            length + (reach + beyond - length) * share(at)
+            for at in (time - 1e-4, time, time + 1e-4)
+        ]
+        new = inverse.joint_speeds(
+            q, speeds, shoulder + far[1] * out, (far[2] - far[0]) / 2e-4 * out, DT
+        )
+        accelerations.append((new - speeds) / DT)
+        speeds, q = new, q + new * DT
+    held = np.array(accelerations)[(seconds > 1.7) & (seconds < 2.4)]
+    assert np.sqrt(np.mean(np.sum(held**2, axis=1))) < 1.0
+    assert np.linalg.norm(inverse.tool(q) - tool) < 1e-3

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from hri_planner.policy.link_bounds import box_clearance
 from hri_planner.robot.model import load_robot
 from hri_prediction.geometry.segments import capsule_distances
-from hri_sim.readability.clearance import box_clearance, limb_clearance
+from hri_sim.readability.clearance import limb_clearance
 
 ROBOT = load_robot()
 RADII = (0.05, 0.04, 0.06)

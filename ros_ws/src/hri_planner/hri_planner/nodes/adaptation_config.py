@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hri_planner.pibb.names import check_name
 from hri_planner.pibb.recording import AnswerConfig
 from hri_prediction.config import parameter
-from hri_prediction.errors import ConfigError
 
 
 @dataclass(frozen=True)
@@ -50,5 +50,4 @@ class AdaptationConfig(AnswerConfig):
     def __post_init__(self) -> None:
         """Check the values."""
         super().__post_init__()
-        if not self.person or any(c in self.person for c in "/\\ \n"):
-            raise ConfigError(f"person {self.person!r}", expected="a name that a file may have")
+        check_name("person", self.person)

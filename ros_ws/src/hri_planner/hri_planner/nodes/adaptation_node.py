@@ -111,8 +111,9 @@ class AdaptationNode(HriNode):
             self.fault("joints", str(error))
             return
         self._heard_joints = True
-        if self._recording is not None and self.stage == MOVING:
-            self._recording.joints(to_ns(message.header.stamp), self._heard.q)
+        if self._recording is not None:
+            if self.stage == MOVING:
+                self._recording.joints(to_ns(message.header.stamp), self._heard.q)
             self._recording.near(self._heard.separation(self._robot))
 
     def hand_seen(self, body_id: str, stamp_ns: int, tip: NDArray[np.float64]) -> None:
@@ -237,7 +238,7 @@ class AdaptationNode(HriNode):
             return
         trial, before = self._trial, self.session.state
         terms = self._recording.terms(self._policy, trial.goal, self.session.indistinctness(trial))
-        nearest = min(self._recording.clearance, NOBODY)
+        nearest = min(self._recording.clearance(self.session.experiment.solids), NOBODY)
         result = self.session.finish(trial, answer.goal, terms, nearest)
         try:
             self._save()

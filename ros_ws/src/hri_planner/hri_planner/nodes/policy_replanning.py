@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hri_planner.nodes.motions import Failed, MadePlan
 from hri_planner.nodes.policy_config import PolicyNodeConfig
 from hri_planner.policy.config import PolicyConfig
-from hri_planner.policy.planner import AnyPolicy, Cycle, PolicyPlanner, PolicySnapshot
+from hri_planner.policy.planner import AnyPolicy, Cycle, PolicyPlanner, PolicySnapshot, floor_over
 from hri_planner.robot.model import RobotModel
 from hri_planner.ros.arms import ArmInputs
 from hri_planner.ros.handover import Handover
@@ -68,8 +68,8 @@ class PolicyReplanning:
     ) -> None:
         floor = None
         if config.table_center:
-            (_, _, z), (_, _, height) = config.table
-            floor = z + 0.5 * height + float(robot.capsule_radii[2])
+            center, size = config.table
+            floor = floor_over(np.array((center, 0.5 * np.array(size))), robot)
         self._config = config
         self._inputs = inputs
         self._goal: FloatArray | None = None

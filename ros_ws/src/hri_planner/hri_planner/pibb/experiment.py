@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from hri_planner.dmp.policy import AT_GOAL_M, DURATIONS_S, HOME, DmpPolicy
 from hri_planner.pibb.costs import WEIGHTS, CostWeights
 from hri_planner.pibb.initial import CLEAR_M, straight_policy
+from hri_planner.pibb.names import check_name
 from hri_planner.policy.config import PolicyConfig
 from hri_planner.robot.ik import solve_ik
 from hri_planner.robot.model import RobotModel
@@ -25,6 +26,8 @@ from hri_prediction.errors import ConfigError, DataError, PlanningError
 FloatArray = NDArray[np.float64]
 
 RESPONSES = ("press", "hand")
+TABLE = ((0.85, 0.0, -0.03), (0.6, 0.7, 0.02))
+"""Centre and half the size of the table, unless an experiment has another [m]."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +68,7 @@ class Experiment:
         boxes: Centre and half the size of static obstacles (k, 2, 3).
         duration: Of the robot's motion [s].
         response: ``"press"``: a person presses a key; ``"hand"``: reaches for the target.
+        table: Centre and half the size of the table (2, 3), which nothing may touch.
         avoidance: Whether potential field and null space keep clear of people and obstacles; without, only
             the filter does.
         weights: Of the costs.
@@ -78,6 +82,7 @@ class Experiment:
     boxes: FloatArray
     duration: float
     response: str = "hand"
+    table: FloatArray = field(default_factory=lambda: np.array(TABLE))
     avoidance: bool = True
     weights: CostWeights = field(default_factory=CostWeights)
     improvement: Improvement = field(default_factory=Improvement)
@@ -88,6 +93,7 @@ class Experiment:
         Raises:
             ConfigError: naming what does not fit.
         """
+        check_name("experiment", self.name)
         if len(self.goals) < 2:
             raise ConfigError(
                 f"goals {list(self.goals)}", expected="at least two: one alone is no riddle"
@@ -96,14 +102,21 @@ class Experiment:
             raise ConfigError(
                 f"a goal is named {HOME!r}", expected="another name: that is the start's"
             )
-        if not (self.boxes[:, 1] > 0.0).all():
-            raise ConfigError("a box has an edge that is not positive", expected="edges in m")
+        if not (self.solids[:, 1] > 0.0).all():
+            raise ConfigError(
+                "a box or the table has an edge that is not positive", expected="edges in m"
+            )
         if set(self.targets) != set(self.goals):
             raise ConfigError(
                 f"targets for {sorted(self.targets)}", expected=f"for {sorted(self.goals)}"
             )
         if self.response not in RESPONSES:
             raise ConfigError(f"response {self.response!r}", expected=" or ".join(RESPONSES))
+
+    @property
+    def solids(self) -> FloatArray:
+        """Centre and half the size of all that stands in the scene, the table last (k, 2, 3) [m]."""
+        return np.concatenate((self.boxes, self.table[None]))
 
     def check(self, robot: RobotModel) -> None:
         """Check that a robot can do it.
@@ -124,14 +137,15 @@ class Experiment:
         least = float(robot.capsule_radii[2]) + CLEAR_M
         places = {"the start": robot.frames(self.posture)[3], **self.goals}
         for name, place in places.items():
-            for index, (centre, half) in enumerate(self.boxes):
+            for index, (centre, half) in enumerate(self.solids):
+                obstacle = f"obstacle {index}" if index < len(self.boxes) else "the table"
                 gap = float(np.linalg.norm(np.maximum(np.abs(place - centre) - half, 0.0)))
                 if gap < least:
                     raise ConfigError(
                         f"{name} ({', '.join(f'{v:.3f}' for v in place)}) is {100 * gap:.1f} cm from "
-                        f"obstacle {index}",
+                        f"{obstacle}",
                         expected=f"at least {100 * least:.1f} cm, the tool's radius and a margin",
-                        hint="move the goal or the obstacle",
+                        hint=f"move the goal or {obstacle}",
                     )
             try:
                 solve_ik(robot, np.array(place), self.posture, np.random.default_rng(0))
@@ -196,8 +210,8 @@ def load_experiment(path: str | Path) -> Experiment:
 
 
 _KEYS = (
-    "name", "posture", "goals", "targets", "boxes", "duration", "response", "avoidance", "weights",
-    "improvement",
+    "name", "posture", "goals", "targets", "boxes", "table", "duration", "response", "avoidance",
+    "weights", "improvement",
 )  # fmt: skip
 
 
@@ -226,11 +240,15 @@ def experiment_of(content: object) -> Experiment:
         chosen = WEIGHTS[weights]
     else:
         chosen = from_mapping(CostWeights, _mapping("weights", weights))
-    boxes = content.get("boxes") or []
+    boxes, table = content.get("boxes") or [], content.get("table")
     try:
-        blocks = [(_place("centre", b["center"]), 0.5 * _place("size", b["size"])) for b in boxes]
+        blocks = [_block(box) for box in boxes]
     except (KeyError, TypeError) as error:
         raise ConfigError(f"boxes {boxes!r}", expected="each with center and size") from error
+    try:
+        top = np.array(TABLE if table is None else _block(table))
+    except (KeyError, TypeError) as error:
+        raise ConfigError(f"table {table!r}", expected="center and size") from error
     duration = content.get("duration", 2.5)
     low, high = DURATIONS_S
     number = isinstance(duration, int | float) and not isinstance(duration, bool)
@@ -247,6 +265,7 @@ def experiment_of(content: object) -> Experiment:
         boxes=np.array(blocks).reshape(-1, 2, 3),
         duration=float(duration),
         response=str(content.get("response", "hand")),
+        table=top,
         avoidance=avoidance,
         weights=chosen,
         improvement=from_mapping(
@@ -265,13 +284,21 @@ def to_mapping(experiment: Experiment) -> dict[str, Any]:
         "avoidance": experiment.avoidance,
         "goals": {name: [float(v) for v in place] for name, place in experiment.goals.items()},
         "targets": {name: [float(v) for v in place] for name, place in experiment.targets.items()},
-        "boxes": [
-            {"center": [float(v) for v in centre], "size": [float(2.0 * v) for v in half]}
-            for centre, half in experiment.boxes
-        ],
+        "boxes": [_size_of(box) for box in experiment.boxes],
+        "table": _size_of(experiment.table),
         "weights": asdict(experiment.weights),
         "improvement": asdict(experiment.improvement),
     }
+
+
+def _block(content: Any) -> tuple[FloatArray, FloatArray]:
+    """Centre and half the size of a box that is given by centre and size."""
+    return _place("centre", content["center"]), 0.5 * _place("size", content["size"])
+
+
+def _size_of(block: FloatArray) -> dict[str, list[float]]:
+    """What :func:`_block` takes."""
+    return {"center": [float(v) for v in block[0]], "size": [float(2.0 * v) for v in block[1]]}
 
 
 def _mapping(what: str, content: object) -> dict[str, Any]:

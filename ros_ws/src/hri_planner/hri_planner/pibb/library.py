@@ -6,7 +6,6 @@ A folder with one file a person in a folder an experiment: ``<experiment>/<perso
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -16,10 +15,9 @@ from typing import Any
 from hri_planner.dmp.model_file import read_dmp, save_dmp
 from hri_planner.dmp.policy import DmpPolicy
 from hri_planner.pibb.comparison import Comparison, compared
+from hri_planner.pibb.names import check_name, is_name
 from hri_planner.pibb.storage import write_whole
 from hri_prediction.errors import ConfigError, DataError
-
-_NAME = re.compile(r"\w[\w.-]{0,59}")
 
 
 @dataclass(frozen=True)
@@ -169,18 +167,14 @@ class PolicyLibrary:
         return compared(experiment, {person: self.load(experiment, person) for person in named})
 
     def _file(self, experiment: str, person: str) -> Path:
-        for what, name in (("experiment", experiment), ("person", person)):
-            if not _NAME.fullmatch(name):
-                raise ConfigError(
-                    f"{what} {name!r} cannot be the name of a file",
-                    expected="up to 60 letters, digits, dots, - and _, of which a letter, digit or _ first",
-                )
+        check_name("experiment", experiment)
+        check_name("person", person)
         return self.folder / experiment / f"{person}.npz"
 
 
 def _entry(file: Path) -> Entry:
     found = Entry(file.parent.name, file.stem, file)
-    if not (_NAME.fullmatch(found.experiment) and _NAME.fullmatch(found.person)):
+    if not (is_name(found.experiment) and is_name(found.person)):
         return replace(found, problem="a name that the library does not take")
     try:
         policy, learnt = read_dmp(file)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from hri_planner.dmp.policy import PERIOD_S, DmpPolicy
 from hri_planner.pibb.costs import Terms, deviation, squared_jerk
+from hri_planner.policy.link_bounds import box_clearance
 from hri_planner.robot.model import RobotModel
 from hri_prediction.config import parameter, validate
 from hri_prediction.errors import DataError
@@ -70,7 +71,6 @@ class Recording:
     Attributes:
         answer: The first answer; none so far.
         began_ns: When the robot began to move [ns]; none so far.
-        clearance: Smallest distance of robot and person so far [m].
     """
 
     def __init__(
@@ -81,7 +81,7 @@ class Recording:
         self._joints: list[FloatArray] = []
         self._hands: dict[str, tuple[FloatArray, int, FloatArray]] = {}
         self._moving_ns: dict[str, int] = {}
-        self.clearance = float("inf")
+        self._from_person = float("inf")
         self.answer: Answer | None = None
         self.began_ns: int | None = None
 
@@ -133,7 +133,12 @@ class Recording:
 
     def near(self, distance: float) -> None:
         """Take the distance of robot and person now [m]."""
-        self.clearance = min(self.clearance, distance)
+        self._from_person = min(self._from_person, distance)
+
+    def clearance(self, solids: FloatArray) -> float:
+        """Smallest distance of the robot from people, and from boxes (k, 2, 3), so far [m]."""
+        joints = np.array(self._joints).reshape(-1, 7)
+        return min(self._from_person, box_clearance(self._robot, joints, solids))
 
     def terms(self, policy: DmpPolicy, goal: str, indistinct: float) -> Terms:
         """Of the costs of the trial.

@@ -43,8 +43,9 @@ class PolicyConfig:
         10.0, "Share of the tool's position error that is made up a second", unit="1/s", low=0.0
     )
     damping: float = parameter(
-        0.08, "Damping of the inverse kinematics at a singularity", unit="m", low=0.0
-    )
+        ToolVelocityConfig.damping, "Damping of the inverse kinematics at a singularity, where the tool is "
+        "to rest in the direction that is lost", unit="m", low=0.0,
+    )  # fmt: skip
     speed_share: float = parameter(
         0.9, "Share of the joints' speed limits that is used", low=0.05, high=1.0
     )

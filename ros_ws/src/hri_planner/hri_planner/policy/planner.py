@@ -358,6 +358,11 @@ class PolicyPlanner:
         return JointPlan(np.append(times, times[-1] + later), *knots)
 
 
+def floor_over(table: FloatArray, robot: RobotModel) -> float:
+    """Height that the tool's axis stays above [m], over a table of centre and half the size (2, 3) [m]."""
+    return float(table[0, 2] + table[1, 2] + robot.capsule_radii[2])
+
+
 def limits_of(
     robot: RobotModel,
     config: PolicyConfig,

@@ -109,6 +109,8 @@ class Places:
 
 
 NO_BOXES = np.zeros((0, 2, 3))
+NO_BOUNDS = (np.zeros((0, 3)), np.zeros(0))
+"""No bounds but those of tool, people, floor and boxes."""
 NOWHERE = Places(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
 
 
@@ -163,6 +165,8 @@ def keep_separation(
         -math.inf if floor is None else floor,
         boxes,
         margin,
+        NO_BOUNDS[0],
+        NO_BOUNDS[1],
     )
     return Filtered(acceleration, bool(changed))
 
@@ -242,6 +246,8 @@ def _keep_separations(
             -np.inf,
             NO_BOXES,
             0.0,
+            NO_BOUNDS[0],
+            NO_BOUNDS[1],
         )
 
 
@@ -261,10 +267,15 @@ def kept_apart(
     floor: float,
     boxes: Any,
     margin: float,
+    links_outward: Any,
+    links_least: Any,
 ) -> Any:
-    """Acceleration (3,), and whether it is another one than the wanted."""
+    """Acceleration (3,), and whether it is another one than the wanted.
+
+    Further bounds, those of :mod:`hri_planner.policy.link_bounds`, come after people as boxes do.
+    """
     count = len(places)
-    bounds = count + 1 + len(boxes)
+    bounds = count + 1 + len(boxes) + len(links_least)
     outward, least = np.zeros((bounds, 3)), np.full(bounds, -np.inf)
     for index in range(count):
         squares = 0.0
@@ -280,24 +291,27 @@ def kept_apart(
             closing -= outward[index, k] * (velocity[k] - speeds[index, k])
         # Braking is gentle by what was seen, and in time for the worst that may have come since.
         room = distance - separation
-        gentle = _gentle(room, closing, most - theirs, theirs, approach)
+        gentle = least_gentle(room, closing, most - theirs, theirs, approach)
         room -= 0.5 * theirs * ages[index] ** 2
         closing += theirs * ages[index]
-        least[index] = max(gentle, _least_outward(room, closing, dt, most - theirs, theirs))
+        least[index] = max(gentle, least_outward(room, closing, dt, most - theirs, theirs))
     # What is below rests: all of the acceleration is there to stop before it.
     outward[count, 2] = 1.0
     if floor > -np.inf:
         room = max(position[2] - floor, -separation)
-        gentle = _gentle(room, -velocity[2], most, 0.0, approach)
-        least[count] = max(gentle, _least_outward(room, -velocity[2], dt, most, 0.0))
+        gentle = least_gentle(room, -velocity[2], most, 0.0, approach)
+        least[count] = max(gentle, least_outward(room, -velocity[2], dt, most, 0.0))
     for index in range(len(boxes)):
         bound = count + 1 + index
-        room = _from_box(position, boxes[index], outward[bound]) - margin
+        room = from_box(position, boxes[index], outward[bound]) - margin
         closing = 0.0
         for k in range(3):
             closing -= outward[bound, k] * velocity[k]
-        gentle = _gentle(room, closing, most, 0.0, approach)
-        least[bound] = max(gentle, _least_outward(room, closing, dt, most, 0.0))
+        gentle = least_gentle(room, closing, most, 0.0, approach)
+        least[bound] = max(gentle, least_outward(room, closing, dt, most, 0.0))
+    for index in range(len(links_least)):
+        bound = count + 1 + len(boxes) + index
+        outward[bound], least[bound] = links_outward[index], links_least[index]
     length = math.sqrt(wanted[0] ** 2 + wanted[1] ** 2 + wanted[2] ** 2)
     limited = wanted * (most / length) if length > most else wanted.copy()
     found = nearest_allowed(limited, outward, np.minimum(least, most), most, count)
@@ -308,7 +322,7 @@ def kept_apart(
 
 
 @njit
-def _from_box(position: Any, box: Any, outward: Any) -> float:
+def from_box(position: Any, box: Any, outward: Any) -> float:
     """Distance from a box's surface, negative inside, and the direction (3,) that leads away from it."""
     squares, inside, face = 0.0, -np.inf, 0
     for k in range(3):
@@ -328,7 +342,7 @@ def _from_box(position: Any, box: Any, outward: Any) -> float:
 
 
 @njit
-def _least_outward(room: float, closing: float, dt: float, relative: float, theirs: float) -> float:
+def least_outward(room: float, closing: float, dt: float, relative: float, theirs: float) -> float:
     """Smallest acceleration along n after which h >= 0 one step later, the partner at its worst.
 
     With u the acceleration, the closing speed is then c' = c + (a_p - u) dt, and the room
@@ -346,7 +360,9 @@ def _least_outward(room: float, closing: float, dt: float, relative: float, thei
 
 
 @njit
-def _gentle(room: float, closing: float, relative: float, theirs: float, approach: float) -> float:
+def least_gentle(
+    room: float, closing: float, relative: float, theirs: float, approach: float
+) -> float:
     """Smallest acceleration along n with which h falls no quicker than in proportion to itself.
 
     The other bound alone brakes at the last moment, with all there is. Here dh/dt >= -γ h (exponential

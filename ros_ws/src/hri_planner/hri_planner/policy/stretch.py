@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from hri_planner.dmp.drive import MEMORY, NO_DRIVE, Drive, drive_acceleration
 from hri_planner.policy.limbs import places_of
+from hri_planner.policy.link_bounds import LINKS, link_bounds
 from hri_planner.policy.links import ARM_LINKS, away_from_limbs
 from hri_planner.policy.partner import Partner
 from hri_planner.policy.separation import NO_BOXES, SeparationConfig, kept_apart
@@ -32,6 +33,7 @@ BoolArray = NDArray[np.bool_]
 
 STRAYED_M = 0.005
 """A hand that the joints cannot follow within this is put back to where the tool is [m]."""
+_DEEP_M = 5.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +74,8 @@ class Limits:
         floor: Height that the hand stays above [m]; none: any.
         boxes: Centre and half the size of boxes that it stays out of, edges along the axes
             (k, 2, 3) [m].
-        margin: Distance from the boxes that is kept [m].
+        margin: Distance of the tool's axis from the boxes that is kept [m]; the robot's links keep
+            as much between the surfaces.
         limb_radii: Of people's limbs, from the shoulder on [m].
         tool_radius: Of what is around the tool [m].
         link_radii: Of upper and lower arm of the robot [m].
@@ -91,6 +94,17 @@ class Limits:
     link_radii: tuple[float, ...] = (0.07, 0.07)
     link_reach: float = 0.0
     link_gain: float = 4.0
+
+    @property
+    def link_boxes(self) -> FloatArray:
+        """What all links stay out of (k, 2, 3) [m]: boxes, and all that is below the floor."""
+        if self.floor is None:
+            return self.boxes
+        top = (
+            self.floor - self.margin
+        )  # the hand's axis may come down to the floor, as the tool may
+        below = np.array(((0.0, 0.0, top - _DEEP_M), (_DEEP_M, _DEEP_M, _DEEP_M)))
+        return np.concatenate((self.boxes, below[None]))
 
 
 def stretch(
@@ -161,6 +175,8 @@ def stretch(
             np.array(limits.link_radii[:ARM_LINKS])[:, None] + limbs,
             limits.link_reach,
             limits.link_gain,
+            limits.margin - limits.tool_radius + np.array((*limits.link_radii, limits.tool_radius)),
+            limits.link_boxes,
         ),
         inverse.constants,
         (found.position, found.velocity, found.acceleration, found.q, found.qd, found.memory),
@@ -209,6 +225,8 @@ def _stretch(
     boxes, margin = limits[5], surfaces[1]
     axes, ends, radii = _capsules(joints, speeds, surfaces[0])
     now, begun, row, away = joints.copy(), axes.copy(), np.zeros(7), 0.0
+    solids = surfaces[6]
+    links_outward, links_least = np.zeros((LINKS * len(solids), 3)), np.zeros(LINKS * len(solids))
     nearest = np.inf
     kept = people * count if apart else 0
     for step in range(len(filtered)):
@@ -224,9 +242,22 @@ def _stretch(
             drive_acceleration(
                 position, velocity, memory, drive, axes, ends, radii, boxes, margin, wanted
             )
+        link_bounds(
+            q,
+            qd,
+            lengths,
+            solids,
+            surfaces[5],
+            dt,
+            limits[1],
+            limits[3],
+            links_outward,
+            links_least,
+        )
         acceleration, filtered[step] = kept_apart(
             wanted, position, velocity, places[:kept], moving[:kept], old[:kept], dt,
             limits[0], limits[1], limits[2], limits[3], limits[4], boxes, limits[6],
+            links_outward, links_least,
         )  # fmt: skip
         position = position + velocity * dt + acceleration * (0.5 * dt * dt)
         velocity = velocity + acceleration * dt

@@ -1,12 +1,14 @@
 """Joint speeds that give the tool a velocity: damped least squares, within all limits.
 
-Damped where the tool's Jacobian loses rank (Nakamura & Hanafusa 1986), by the smallest singular value
-(Chiaverini 1997); joints that would pass a limit of angle, speed or acceleration stay at it while the
-others take over (saturation in the null space, Flacco et al. 2012). What is left of the seven joints
-moves the robot's point next to an obstacle away from it, which is one dimension of motion, along the
-line between them (as in the thesis's equation 7.18, but damped, one-dimensional and one-sided: where the
-tool's motion already takes the point away, nothing is added); and keeps to the middle of the joints'
-ranges, or to a posture.
+Damped where the tool's Jacobian loses rank (Nakamura & Hanafusa 1986), only in the directions that are
+lost (Chiaverini 1997) and the more, the faster the tool is to move in them: a way that can be gone is
+followed, and one beyond the robot's reach leaves the arm still, not trembling. What damping takes from
+the tool is left to the rest, so that an arm that stands straight bends again. Joints that would pass a
+limit of angle, speed or acceleration stay at it while the others take over (saturation in the null
+space, Flacco et al. 2012). What is left of the seven joints moves the robot's point next to an obstacle
+away from it, which is one dimension of motion, along the line between them (as in the thesis's equation
+7.18, but damped, one-dimensional and one-sided: where the tool's motion already takes the point away,
+nothing is added); and keeps to the middle of the joints' ranges, or to a posture.
 """
 
 from __future__ import annotations
@@ -37,9 +39,11 @@ class ToolVelocityConfig:
     feedback: float = parameter(
         10.0, "share of the tool's position error that is made up a second", unit="1/s", low=0.0
     )
-    damping: float = parameter(0.08, "largest damping, at a singularity", unit="m", low=0.0)
+    damping: float = parameter(
+        0.005, "damping at a singularity in whose direction the tool is to rest", unit="m", low=0.0
+    )
     near_singular: float = parameter(
-        0.10, "smallest singular value of the Jacobian from which on nothing is damped", unit="m",
+        0.10, "singular value of the Jacobian from which on its direction is not damped", unit="m",
         low=1e-6,
     )  # fmt: skip
     centring: float = parameter(
@@ -58,6 +62,12 @@ class ToolVelocityConfig:
         validate(self)
 
 
+SINGULAR_SPEED = 2.0
+"""Largest joint speed that the tool's motion asks for in a direction that is lost [rad/s].
+
+With a damping of d² + (v / 2 w)², v the tool's speed in the direction, the joints' s v / (s² + damping)
+is w at most, whatever the singular value s.
+"""
 AWAY_DAMPING_M = 0.05
 """Damping of the motion away from obstacles, where the tool's motion nearly decides it [m]."""
 _SAME_TOOL = 1e-7
@@ -292,19 +302,20 @@ def _damped(
     jacobian: Any, wanted: Any, pull: Any, damping: float, near: float, row: Any, away: float
 ) -> Any:
     left, values, right = np.linalg.svd(jacobian, full_matrices=False)
-    close = values[2] / near
-    damped = damping**2 * (1.0 - close**2) if close < 1.0 else 0.0
     found, free_row = pull.copy(), row.copy()
     for k in range(3):
-        gain = values[k] / max(values[k] ** 2 + damped, 1e-12)
         along, pulled, across = 0.0, 0.0, 0.0
         for i in range(3):
             along += left[i, k] * wanted[i]
-        # The null space is that of the directions which are not nearly lost.
-        if values[k] > 1e-6:
-            for joint in range(7):
-                pulled += right[k, joint] * pull[joint]
-                across += right[k, joint] * row[joint]
+        close, damped = values[k] / near, 0.0
+        if close < 1.0:
+            damped = (damping**2 + (0.5 * along / SINGULAR_SPEED) ** 2) * (1.0 - close**2)
+        gain = values[k] / max(values[k] ** 2 + damped, 1e-12)
+        # What damping takes from the tool's motion is left to the rest.
+        kept = values[k] * gain
+        for joint in range(7):
+            pulled += kept * right[k, joint] * pull[joint]
+            across += kept * right[k, joint] * row[joint]
         for joint in range(7):
             found[joint] += right[k, joint] * (gain * along - pulled)
             free_row[joint] -= right[k, joint] * across

@@ -91,9 +91,12 @@ def adaptation_specs(
     scenario_path, experiment_path = (folder / SCENARIO).resolve(), (folder / EXPERIMENT).resolve()
     save_scenario(scenario_path, scenario)
     save_experiment(experiment_path, experiment)
-    planner: dict[str, Any] = {}
+    planner: dict[str, Any] = {
+        "table_center": [float(v) for v in scenario.table.center],
+        "table_size": [float(v) for v in scenario.table.size],
+    }
     if not experiment.avoidance:
-        planner = {"policy_planner.field_strength": 0.0, "policy_planner.link_reach": 0.0}
+        planner |= {"policy_planner.field_strength": 0.0, "policy_planner.link_reach": 0.0}
     if scenario.obstacles:
         planner["box_centers"] = [float(v) for box in scenario.obstacles for v in box.center]
         planner["box_sizes"] = [float(v) for box in scenario.obstacles for v in box.size]

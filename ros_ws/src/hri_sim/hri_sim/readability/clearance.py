@@ -1,4 +1,4 @@
-"""How near the robot came to a person, and to static boxes."""
+"""How near the robot came to a person."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hri_planner.robot.model import RobotModel
 from hri_prediction.compiled import njit
-from hri_sim.simulator.distances import arm_clearance, table_clearance
+from hri_sim.simulator.distances import arm_clearance
 
 FloatArray = NDArray[np.float64]
 
@@ -37,37 +37,10 @@ def limb_clearance(
     )
 
 
-def box_clearance(robot: RobotModel, joints: FloatArray, boxes: FloatArray) -> float:
-    """Smallest distance of the robot's capsules, for angles (n, 7) [rad], from boxes (k, 2, 3) [m].
-
-    Negative where they overlap, infinite without boxes.
-    """
-    return float(
-        _box_clearance(
-            np.array(joints, dtype=float, order="C"),
-            robot.lengths,
-            robot.capsule_radii,
-            np.array(boxes, dtype=float, order="C"),
-        )
-    )
-
-
 @njit
 def _limb_clearance(joints: Any, arms: Any, lengths: Any, own: Any, radii: Any) -> float:
     points, smallest = np.empty((4, 3)), np.inf
     for index in range(len(joints)):
         found = arm_clearance(joints[index], lengths, own, arms[index], radii, points)
         smallest = min(smallest, found[0])
-    return smallest
-
-
-@njit
-def _box_clearance(joints: Any, lengths: Any, own: Any, boxes: Any) -> float:
-    points, smallest = np.empty((4, 3)), np.inf
-    for index in range(len(joints)):
-        for box in range(len(boxes)):
-            found = table_clearance(
-                joints[index], lengths, own, boxes[box, 0], boxes[box, 1], points
-            )
-            smallest = min(smallest, found)
     return smallest

@@ -39,7 +39,7 @@ class Reading:
         error: Share of wrong guesses.
         human_duration: Mean duration of the hand's motion [s].
         clearance: Smallest of all trials [m].
-        contacts: Trials in which the robot touched the person or an obstacle.
+        contacts: Trials in which the robot touched the person, an obstacle or the table.
     """
 
     trials: int
@@ -91,7 +91,9 @@ class Learnt:
         after: How the person reads the last one.
         others_before: How a person of another kind reads the first.
         others_after: How that person reads the last.
-        contacts: Trials of the experiment in which the robot touched the person or an obstacle.
+        contacts: Trials of the experiment in which the robot touched the person, an obstacle or the table.
+        from_person: Smallest distance of robot and person in the experiment [m].
+        from_obstacles: Of robot and boxes or table [m].
     """
 
     seed: int
@@ -106,6 +108,8 @@ class Learnt:
     others_before: Reading
     others_after: Reading
     contacts: int
+    from_person: float
+    from_obstacles: float
 
     @property
     def improved(self) -> bool:
@@ -141,12 +145,15 @@ def learn(
     begun = first or experiment.initial_policy(robot)
     session = Session.begin(experiment, begun, generator(seed, LEARNING))
     participant = _participant(experiment, traits, generator(seed, TRIALS))
-    means, contacts = [begun], 0
+    means: list[DmpPolicy] = [begun]
+    contacts, from_person, from_obstacles = 0, np.inf, np.inf
     while (trial := session.next_trial()) is not None:
         policy = session.policy_of(trial)
         record = bench.run(policy, trial.goal, participant)
         terms = record.terms(policy, trial.goal, session.indistinctness(trial))
         contacts += record.clearance <= 0.0
+        from_person = min(from_person, record.from_person)
+        from_obstacles = min(from_obstacles, record.from_obstacles)
         on_trial(session.finish(trial, record.guess, terms, record.clearance))
         if session.state.policy is not means[-1]:
             means.append(session.state.policy)
@@ -164,6 +171,8 @@ def learn(
         others_before=read_policy(bench, begun, others, seed, readings),
         others_after=read_policy(bench, last, others, seed, readings),
         contacts=contacts,
+        from_person=from_person,
+        from_obstacles=from_obstacles,
     )
 
 

@@ -8,7 +8,7 @@ from hri_planner.dmp.policy import HOME, DmpPolicy
 from hri_planner.pibb.experiment import Experiment
 from hri_planner.robot.model import RobotModel
 from hri_sim.readability.participant import participant_spec
-from hri_sim.scenario.schema import BoxSpec, PersonSpec, ReachSpec, Scenario
+from hri_sim.scenario.schema import BoxSpec, PersonSpec, ReachSpec, Scenario, TableSpec
 
 PERSON_S = (0.6, 1.0)
 """Duration of a hand's reach [s]."""
@@ -91,6 +91,7 @@ def _scenario(
         targets=targets,
         persons=people,
         reaches=tuple(reaches),
+        table=TableSpec(center=place(experiment.table[0]), size=place(2.0 * experiment.table[1])),
         obstacles=tuple(
             BoxSpec(center=place(centre), size=place(2.0 * half))
             for centre, half in experiment.boxes

@@ -13,11 +13,12 @@ from hri_planner.dmp.runner import DmpRunner
 from hri_planner.pibb.costs import Terms, deviation, squared_jerk
 from hri_planner.pibb.experiment import Experiment
 from hri_planner.policy.config import PolicyConfig
+from hri_planner.policy.link_bounds import box_clearance
 from hri_planner.policy.partner import Partner
-from hri_planner.policy.planner import limits_of
+from hri_planner.policy.planner import floor_over, limits_of
 from hri_planner.policy.tool_velocity import ToolVelocity
 from hri_planner.robot.model import RobotModel
-from hri_sim.readability.clearance import box_clearance, limb_clearance
+from hri_sim.readability.clearance import limb_clearance
 from hri_sim.readability.participant import Participant
 
 FloatArray = NDArray[np.float64]
@@ -45,7 +46,8 @@ class TrialRecord:
         response_s: J_pred: when the key was pressed, or the hand had arrived [s].
         hand_s: J_dur: how long the hand moved [s]; 0 for a key.
         arrived_s: When the robot had arrived [s].
-        clearance: Smallest distance of robot and person, or obstacle [m].
+        from_person: Smallest distance of robot and person [m].
+        from_obstacles: Of robot and boxes or table [m].
         missed_m: Distance of the tool from the goal in the end [m].
         fastest: Largest joint speed, as a share of the limits.
         filtered: Share of the time in which the filter changed the motion.
@@ -60,10 +62,16 @@ class TrialRecord:
     response_s: float
     hand_s: float
     arrived_s: float
-    clearance: float
+    from_person: float
+    from_obstacles: float
     missed_m: float
     fastest: float
     filtered: float
+
+    @property
+    def clearance(self) -> float:
+        """Smallest distance of the robot from all else [m]."""
+        return min(self.from_person, self.from_obstacles)
 
     def terms(self, policy: DmpPolicy, goal: str, indistinct: float) -> Terms:
         """Of its costs, for a policy on the way to a goal, whose ways are so indistinct [1/m]."""
@@ -92,7 +100,8 @@ class Bench:
     ) -> None:
         self.robot, self.experiment = robot, experiment
         self.config = experiment.planner(config or PolicyConfig())
-        self._limits = limits_of(robot, self.config, floor=None, boxes=experiment.boxes)
+        floor = floor_over(experiment.table, robot)
+        self._limits = limits_of(robot, self.config, floor=floor, boxes=experiment.boxes)
 
     def run(self, policy: DmpPolicy, goal: str, participant: Participant) -> TrialRecord:
         """One trial; the robot begins at rest in the policy's posture, the person at home."""
@@ -132,10 +141,6 @@ class Bench:
         shown = self._shown_s(participant) - origin
         guess, decision = participant.guess, participant.decision
         began = math.inf if decision is None else decision.shown_s - origin
-        clearance = min(
-            limb_clearance(self.robot, path, person, self._limits.limb_radii),
-            box_clearance(self.robot, path, self.experiment.boxes),
-        )
         participant.go_home(origin + float(times[-1]))
         return TrialRecord(
             times=times,
@@ -147,7 +152,8 @@ class Bench:
             response_s=shown,
             hand_s=shown - began if self.experiment.response == "hand" else 0.0,
             arrived_s=arrived_s,
-            clearance=clearance,
+            from_person=limb_clearance(self.robot, path, person, self._limits.limb_radii),
+            from_obstacles=box_clearance(self.robot, path, self.experiment.solids),
             missed_m=float(np.linalg.norm(tool[-1] - target)),
             fastest=float((np.abs(np.concatenate(speeds)) / self.robot.velocity).max()),
             filtered=filtered / max(step, 1),

@@ -89,6 +89,8 @@ class RunFolder:
             "seconds": round(done.seconds, 3),
             "traits": asdict(learnt.traits),
             "contacts": learnt.contacts,
+            "from_person": learnt.from_person,
+            "from_obstacles": learnt.from_obstacles,
             "readings": {name: asdict(getattr(learnt, name)) for name in READ},
             "units": {goal: asdict(unit) for goal, unit in learnt.units.items()},
             "trials": [row_of(result) for result in learnt.results],
@@ -114,6 +116,8 @@ class RunFolder:
                 units={goal: Terms(**unit) for goal, unit in content["units"].items()},
                 results=tuple(map(result_of, content["trials"])),
                 contacts=int(content["contacts"]),
+                from_person=float(content["from_person"]),
+                from_obstacles=float(content["from_obstacles"]),
                 **readings,
             )
             return learnt, dict(content["origin"])
