@@ -9,6 +9,7 @@ Beside `scripts/adapt_policy.py --human live`, in a terminal of its own:
 from __future__ import annotations
 
 import argparse
+import os
 import select
 import sys
 import termios
@@ -53,7 +54,9 @@ def main() -> int:
             if not select.select([sys.stdin], [], [], 0.1)[0]:
                 continue
             stamp = node.get_clock().now().to_msg()
-            key = sys.stdin.read(1)
+            key = os.read(sys.stdin.fileno(), 1).decode(
+                errors="ignore"
+            )  # not buffered: one key a turn
             if key == "q":
                 return 0
             if key.isdigit() and 0 < int(key) <= len(goals):

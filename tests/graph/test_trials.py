@@ -1,5 +1,6 @@
 """Trials in lock-step: all nodes of an experiment, from the first goal to the last update."""
 
+import re
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
@@ -61,8 +62,8 @@ def after(count: int, graph: Graph) -> Callable[[], bool]:
     return lambda: len(adaptation(graph).session.state.results) >= count
 
 
-def guess(graph: Graph, goal: str) -> None:
-    stamp = to_time(seconds_to_ns(graph.now_s))
+def guess(graph: Graph, goal: str, ahead_s: float = 0.0) -> None:
+    stamp = to_time(seconds_to_ns(graph.now_s + ahead_s))
     message = GoalGuess(header=Header(stamp=stamp), body_id="person1", goal=goal)
     graph.publish(GoalGuess, "humans/guess", message, reliable(10))
 
@@ -129,8 +130,33 @@ def test_a_folder_of_another_person_is_refused(tmp_path: Path) -> None:
     run_options = options(tmp_path)
     with adaptation_graph(run_options):
         pass
-    with pytest.raises(ConfigError, match="transfer of ann"):
+    with pytest.raises(ConfigError, match="holds trials with person 'ann'; expected person 'bob'"):
         adaptation_graph(replace(run_options, person="bob"))
+
+
+def test_trials_that_began_otherwise_are_not_gone_on_with(tmp_path: Path) -> None:
+    run_options, policy = options(tmp_path / "run"), tmp_path / "ways.npz"
+    with adaptation_graph(run_options):
+        pass
+    experiment = run_options.experiment
+    moved = {name: place + np.array((0.0, 0.0, 0.01)) for name, place in experiment.goals.items()}
+    weights = replace(experiment.weights, task=1.0)
+    way = experiment.initial_policy(ROBOT)
+    bent = {name: own + 0.01 for name, own in way.weights.items()}
+    save_dmp(policy, replace(way, weights=bent), {})
+    for changes, words in (
+        ({"seed": 4}, "seed 3; expected seed 4"),
+        (
+            {"experiment": experiment.with_(weights=weights)},
+            "weights.task 20.0; expected weights.task 1.0",
+        ),
+        ({"experiment": experiment.with_(goals=moved)}, "goals.left"),
+        ({"policy": policy}, "first policy"),
+    ):
+        with pytest.raises(ConfigError, match=re.escape(words)):
+            adaptation_graph(replace(run_options, **changes))
+    with adaptation_graph(run_options):
+        pass
 
 
 def test_nobody_answers(tmp_path: Path) -> None:
@@ -175,13 +201,16 @@ def test_answers_that_do_not_count(tmp_path: Path) -> None:
         assert any("before the robot moved" in text for text in node.faults)
         # A key counts, and the first one.
         graph.run(0.3)
+        guess(graph, goals[0], ahead_s=3600.0)
+        graph.run(0.02)
+        assert any("ahead of the clock" in text for text in node.faults)
         guess(graph, goals[1])
         graph.run(0.2)
         guess(graph, goals[0])
         graph.run_until(after(1, graph), 20.0)
         result = node.session.state.results[0]
         assert result.guess == goals[1]
-        assert result.terms.prediction_time == pytest.approx(0.3, abs=0.06)
+        assert result.terms.prediction_time == pytest.approx(0.32, abs=0.06)
 
 
 def test_an_update_on_demand(tmp_path: Path) -> None:
@@ -199,6 +228,46 @@ def test_an_update_on_demand(tmp_path: Path) -> None:
         answer = graph.call(Trigger, "adaptation/update", Trigger.Request())
         assert answer.success, answer.message
         until(graph, AdaptationStatus.OVER)
+
+
+@pytest.mark.parametrize(
+    "stage", [AdaptationStatus.IDLE, AdaptationStatus.RETURNING, AdaptationStatus.READY]
+)
+def test_an_update_on_demand_in_each_stage_between_trials(tmp_path: Path, stage: int) -> None:
+    """The next trial is one of the policy that the update made, and the node has loaded that one."""
+    experiment = short()
+    plan = replace(experiment.improvement, updates=2)
+    with adaptation_graph(options(tmp_path, experiment.with_(improvement=plan))) as graph:
+        node = adaptation(graph)
+        enough = lambda: any(len(c) > 1 for c in node.session.state.costs.values())  # noqa: E731
+        graph.run_until(lambda: enough() and node.stage == stage, 120.0)
+        answer = graph.call(Trigger, "adaptation/update", Trigger.Request())
+        assert answer.success, answer.message
+        assert node.session.state.update == 1
+        until(graph, AdaptationStatus.MOVING, 30.0)
+        assert not node.faults
+        trial = node.session.next_trial()
+        assert trial is not None
+        assert trial.update == 1
+        held = load_dmp(tmp_path / "trials" / "trial.npz")
+        wanted = node.session.policy_of(trial)
+        for goal, own in wanted.weights.items():
+            assert held.weights[goal] == pytest.approx(own)
+
+
+def test_a_trial_begins_when_hands_rest(tmp_path: Path) -> None:
+    with adaptation_graph(options(tmp_path)) as graph:
+        node = adaptation(graph)
+        until(graph, AdaptationStatus.READY)
+        tip, moved = np.array((0.9, 0.2, 0.1)), 0.0
+        for count in range(100):  # somebody else's hand, which waves beside the targets
+            moved = 0.05 * (count % 2)
+            node.hand_seen("person2", seconds_to_ns(graph.now_s), tip + moved)
+            graph.run(0.02)
+        assert node.stage == AdaptationStatus.READY
+        assert "a hand moves" in node.health()[1]
+        graph.run(1.0)
+        assert node.stage == AdaptationStatus.MOVING
 
 
 def test_policies_and_goals_that_the_policy_node_does_not_take(tmp_path: Path) -> None:

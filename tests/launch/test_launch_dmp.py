@@ -11,7 +11,7 @@ import pytest
 from launched import Launched
 from typer.testing import CliRunner
 
-from hri_planner.dmp.model_file import save_dmp
+from hri_planner.dmp.model_file import load_dmp, save_dmp
 from hri_planner.dmp.policy import DmpPolicy
 from hri_planner.pibb.experiment import find_experiment, load_experiment
 from hri_planner.pibb.library import PolicyLibrary
@@ -58,8 +58,9 @@ def test_a_person_teaches_the_robot(launch: Launch, tmp_path: Path, experiment: 
     reader = BagReader(run.out / "run_1" / "bag")
     said = TOPICS | ({"/humans/guess"} if experiment.startswith("preliminary") else set())
     assert said <= set(reader.topics)
-    (entry,) = PolicyLibrary(library).entries()
-    assert (entry.person, entry.experiment) == ("ann", experiment)
+    # What a few trials taught is not kept beside what people have taught.
+    assert PolicyLibrary(library).entries() == ()
+    assert set(load_dmp(run.out / "trials" / "policy.npz").goals) == set(goals)
     # What comes after is another run of the same experiment: there is nothing left to do.
     again = CliRunner().invoke(adapt_app, [*options[:3], "--person", "bob", "--out", str(run.out)])
     assert again.exit_code == 1
@@ -76,6 +77,13 @@ def test_a_person_teaches_the_robot(launch: Launch, tmp_path: Path, experiment: 
         (["--weights", "{task: -1}"], "at least 0"),
         (["--weights", "heavy"], "balanced"),
         (["--policy", "missing.npz"], "missing.npz"),
+        (["--weights", "{task: ["], "expected YAML"),
+        (["--person", "a/b"], "name of a file"),
+        (["--mode", "batch", "--population", "other"], "--population with --mode live or lockstep"),
+        (["--mode", "batch", "--seed", "3"], "--seed with --mode live or lockstep"),
+        (["--mode", "lockstep", "--human", "live"], "--human with --mode live"),
+        (["--mode", "lockstep", "--parameters", "p.yaml"], "--parameters with --mode live"),
+        (["--seeds", "3"], "--seeds with --mode batch"),
     ],
 )
 def test_what_does_not_fit_an_experiment_is_named(
@@ -85,6 +93,35 @@ def test_what_does_not_fit_an_experiment_is_named(
     assert result.exit_code == 1, result.output
     assert words in " ".join(result.output.split())
     assert not (tmp_path / "run").exists()
+
+
+def test_what_another_run_taught_is_not_replaced_unasked(tmp_path: Path) -> None:
+    found = load_experiment(find_experiment("transfer"))
+    library = PolicyLibrary(tmp_path / "library")
+    kept = library.add(found.initial_policy(load_robot()), "ann", "transfer", {})
+    before = kept.read_bytes()
+    given = ["--person", "ann", "--library", str(library.folder), "--out", str(tmp_path / "run")]
+    result = CliRunner().invoke(adapt_app, ["--mode", "lockstep", *given])
+    assert result.exit_code == 1, result.output
+    assert "--replace" in result.output
+    assert kept.read_bytes() == before
+    assert not (tmp_path / "run").exists()
+
+
+def test_experiment_b_in_a_batch_begins_where_the_experiment_says(tmp_path: Path) -> None:
+    """Another's policy from another start is turned and stretched, as it is in the graph."""
+    robot = load_robot()
+    elsewhere = load_experiment(find_experiment("transfer_other_start")).initial_policy(robot)
+    file = tmp_path / "taught.npz"
+    save_dmp(file, elsewhere, {})
+    out = tmp_path / "run"
+    given = ["--mode", "batch", "--smoke", "--seeds", "1", "--workers", "1", "--policy", str(file)]
+    result = CliRunner().invoke(adapt_app, [*given, "--out", str(out)])
+    assert result.exit_code == 0, result.output
+    here = load_experiment(find_experiment("transfer")).initial_policy(robot)
+    found = load_dmp(out / "policy_0.npz")
+    assert found.start == pytest.approx(here.start)
+    assert found.posture == pytest.approx(here.posture)
 
 
 def test_what_does_not_fit_a_policy_is_named(tmp_path: Path) -> None:

@@ -67,6 +67,8 @@ def test_smoke_makes_everything_and_does_nothing_twice(
     assert content["rollout_ms_batch24"] > 0.0
     assert 0.0 < content["imitation_rms_mm"] <= 0.5
     assert 0.0 < content["field_gradient_error"] <= 1e-6
+    compared = json.loads((out / "results.json").read_text())
+    assert compared == {name: content[name] for name in command.COMPARED}
     assert text == report(content)
     assert "nan" not in text
     assert "A smoke run" in text

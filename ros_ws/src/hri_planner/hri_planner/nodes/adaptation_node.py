@@ -22,7 +22,7 @@ from hri_planner.nodes.adaptation_config import AdaptationConfig
 from hri_planner.nodes.adaptation_reporting import STAGES, status_of
 from hri_planner.nodes.adaptation_requests import PolicyRequests
 from hri_planner.pibb.beginning import opened_session
-from hri_planner.pibb.recording import Recording
+from hri_planner.pibb.recording import Recording, Stirring, check_clock
 from hri_planner.pibb.session import Session, Trial
 from hri_planner.pibb.storage import save_session
 from hri_planner.robot.model import load_robot
@@ -68,7 +68,7 @@ class AdaptationNode(HriNode):
             )
         self._config, self._robot = config, load_robot()
         self._folder = Path(config.folder).resolve()
-        self.session: Session = opened_session(
+        opened = opened_session(
             self._folder,
             config.experiment,
             person=config.person,
@@ -76,10 +76,13 @@ class AdaptationNode(HriNode):
             policy=config.policy,
             robot=self._robot,
         )
+        self.session: Session = opened.session
+        self._begun = opened.begun
         done = len(self.session.state.results)
         self.get_logger().info(f"{done} of {self.session.trials} trials are done")
         experiment = self.session.experiment
         self._targets = dict(experiment.targets) if experiment.response == "hand" else {}
+        self._stirring = Stirring(self._targets.values())
         self._heard = ArmInputs(radii=config.radii)
         self._heard_joints = False
         self._trial: Trial | None = None
@@ -118,6 +121,12 @@ class AdaptationNode(HriNode):
 
     def hand_seen(self, body_id: str, stamp_ns: int, tip: NDArray[np.float64]) -> None:
         """Take the place of a hand (3,) [m] with its stamp [ns]."""
+        try:
+            check_clock("a hand", stamp_ns, self.now_ns())
+        except DataError as error:
+            self.fault("hand", str(error))
+            return
+        self._stirring.hand(body_id, stamp_ns, tip)
         if self._recording is not None:
             self._recording.hand(body_id, stamp_ns, tip)
 
@@ -131,7 +140,9 @@ class AdaptationNode(HriNode):
                     f"the guess {message.goal!r} came while no trial is on",
                     hint="a guess counts from the robot's start until the trial is over",
                 )
-            self._recording.press(message.goal, to_ns(message.header.stamp))
+            stamp_ns = to_ns(message.header.stamp)
+            check_clock(f"the guess {message.goal!r}", stamp_ns, self.now_ns())
+            self._recording.press(message.goal, stamp_ns)
         except DataError as error:
             self.fault("guess", str(error))
 
@@ -182,7 +193,10 @@ class AdaptationNode(HriNode):
             if self._requests.arrived():
                 self._enter(READY, now_ns)
         elif self.stage == READY:
-            self._set_out(now_ns)
+            if self._trial is None:  # an update on demand came while the robot went back
+                self._enter(IDLE, now_ns)
+            else:
+                self._set_out(now_ns, self._trial)
         elif self.stage == MOVING:
             assert self._recording is not None
             if self._requests.begins_ns is not None:
@@ -210,20 +224,22 @@ class AdaptationNode(HriNode):
         self._requests.send(mean.start, mean.duration)
         self._enter(RETURNING, now_ns)
 
-    def _set_out(self, now_ns: int) -> None:
+    def _set_out(self, now_ns: int, trial: Trial) -> None:
         """To the goal, once all rest."""
-        assert self._trial is not None
         if self._policy is None:
-            self._policy = self.session.policy_of(self._trial)
-        if not self._requests.has(self._policy, self._trial.number):
+            self._policy = self.session.policy_of(trial)
+        if not self._requests.has(self._policy, trial.number):
             return
         if now_ns - self._since_ns < seconds_to_ns(self._config.pause):
             return
         if self._hand_at_target():
             self._reason = "a hand is at a target: the trial begins when it is withdrawn"
             return
+        if self._stirring.since(now_ns) < seconds_to_ns(self._config.pause):
+            self._reason = "a hand moves beside the targets: the trial begins when it rests"
+            return
         self._recording = Recording(self._robot, self._targets, self._config)
-        self._requests.send(self._policy.goals[self._trial.goal], self._policy.duration)
+        self._requests.send(self._policy.goals[trial.goal], self._policy.duration)
         self._enter(MOVING, now_ns)
 
     def _conclude(self, now_ns: int) -> None:
@@ -284,7 +300,9 @@ class AdaptationNode(HriNode):
 
     def _save(self) -> None:
         config = self._config
-        save_session(self._folder, self.session, person=config.person, seed=config.seed)
+        save_session(
+            self._folder, self.session, person=config.person, seed=config.seed, begun=self._begun
+        )
 
     def health(self) -> tuple[bytes, str, dict[str, Any]]:
         """How far it has come."""

@@ -42,6 +42,7 @@ class PolicyRequests:
         node.listen(PolicyStatus, "policy/status", self._on_status, reliable(10))
         self._stage = PolicyStatus.IDLE
         self._loaded: DmpPolicy | None = None
+        self._loading: DmpPolicy | None = None
         self._asked: Any = None
         self._asked_ns = 0
         self._result: Any = None
@@ -88,13 +89,15 @@ class PolicyRequests:
         if self._asked is None:
             write_whole({self._file: lambda path: save_dmp(path, policy, {"trial": note})})
             self._ask(self._load.call_async(LoadModel.Request(path=str(self._file))))
+            self._loading = policy
         answer = self._answer("policy/load_model")
         if answer is None:
             return False
         if not answer.success:
             raise GraphError(f"the policy node did not take the policy: {answer.message}")
-        self._loaded = policy
-        return True
+        # Another one may be wanted by now than was asked for.
+        self._loaded, self._loading = self._loading, None
+        return self._loaded is policy
 
     def send(self, place: NDArray[Any], duration: float) -> None:
         """Send the tool to a place (3,) [m] in a time [s]."""

@@ -6,7 +6,7 @@ a pressed key and a hand that has arrived at a target.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +22,55 @@ from hri_prediction.errors import DataError
 FloatArray = NDArray[np.float64]
 
 NANO = 1_000_000_000
+AHEAD_NS = 200_000_000
+"""Clocks may be so far ahead [ns]."""
+BESIDE_M = 0.6
+"""Hands farther from all targets are not those of who takes part [m]."""
+STILL_M = 0.02
+"""A hand that stays within so much rests [m]."""
+_SPAN_NS = 40_000_000
+"""Speeds of hands are over so long [ns]."""
+
+
+def check_clock(what: str, stamp_ns: int, now_ns: int) -> None:
+    """Check that a stamp [ns] is not one of the future.
+
+    Raises:
+        DataError: when it is.
+    """
+    if stamp_ns > now_ns + AHEAD_NS:
+        raise DataError(
+            f"{what} is stamped {(stamp_ns - now_ns) / NANO:.2f} s ahead of the clock",
+            expected=f"no more than {AHEAD_NS / NANO:.1f} s",
+            hint="set both machines' clocks by the same time server",
+        )
+
+
+class Stirring:
+    """Since when the hands beside the targets have rested.
+
+    Args:
+        targets: Where hands go (3,) [m]; none: hands do not count.
+    """
+
+    def __init__(self, targets: Iterable[FloatArray]) -> None:
+        self._targets = [np.array(place, dtype=float) for place in targets]
+        self._rests: dict[str, FloatArray] = {}
+        self._moved_ns: int | None = None
+
+    def hand(self, body_id: str, stamp_ns: int, tip: FloatArray) -> None:
+        """Take the place of a hand (3,) [m] with its stamp [ns]."""
+        if all(np.linalg.norm(place - tip) > BESIDE_M for place in self._targets):
+            self._rests.pop(body_id, None)
+            return
+        rest = self._rests.get(body_id)
+        if rest is None or np.linalg.norm(tip - rest) > STILL_M:
+            self._rests[body_id] = np.array(tip, dtype=float)
+            self._moved_ns = stamp_ns
+
+    def since(self, now_ns: int) -> int:
+        """For how long none has moved [ns]; very long when none has been seen."""
+        return now_ns if self._moved_ns is None else now_ns - self._moved_ns
 
 
 @dataclass(frozen=True)
@@ -35,10 +84,10 @@ class AnswerConfig:
     hand_radius: float = parameter(
         0.05, "A hand so near to a target has arrived there", unit="m", low=0.005, high=0.3
     )
-    hand_speed: float = parameter(0.35, "If it is no faster", unit="m/s", low=0.01, high=5.0)
-    hand_moved: float = parameter(
-        0.03, "A hand so far from where it was has begun to move", unit="m", low=0.005, high=0.5
-    )
+    hand_speed: float = parameter(
+        0.15, "If it is no faster; from when on it was faster, its motion is counted", unit="m/s",
+        low=0.01, high=5.0,
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         """Check the values."""
@@ -79,8 +128,7 @@ class Recording:
         self._robot, self._targets, self._config = robot, dict(targets), config
         self._stamps: list[int] = []
         self._joints: list[FloatArray] = []
-        self._hands: dict[str, tuple[FloatArray, int, FloatArray]] = {}
-        self._moving_ns: dict[str, int] = {}
+        self._hands: dict[str, tuple[list[int], list[FloatArray]]] = {}
         self._from_person = float("inf")
         self.answer: Answer | None = None
         self.began_ns: int | None = None
@@ -98,25 +146,52 @@ class Recording:
         self._joints.append(np.array(q, dtype=float))
 
     def hand(self, body_id: str, stamp_ns: int, tip: FloatArray) -> None:
-        """Take the place of a hand (3,) [m] with its stamp [ns]."""
-        known = self._hands.get(body_id)
-        if known is None:
-            self._hands[body_id] = (np.array(tip), stamp_ns, np.array(tip))
+        """Take the place of a hand (3,) [m] with its stamp [ns]; those out of order are left out."""
+        stamps, places = self._hands.setdefault(body_id, ([], []))
+        if stamps and stamp_ns <= stamps[-1]:
             return
-        rest, before_ns, before = known
-        if stamp_ns - before_ns < 40_000_000:
-            return  # so long a way gives a speed that noise leaves alone
-        speed = float(np.linalg.norm(tip - before)) / ((stamp_ns - before_ns) / NANO)
-        self._hands[body_id] = (rest, stamp_ns, np.array(tip))
-        if np.linalg.norm(tip - rest) < self._config.hand_moved:
-            self._moving_ns[body_id] = stamp_ns  # still there
-        if self.answer is not None or not self._targets or speed > self._config.hand_speed:
+        stamps.append(stamp_ns)
+        places.append(np.array(tip, dtype=float))
+        if self.answer is not None or not self._targets:
             return
         name = min(self._targets, key=lambda n: float(np.linalg.norm(self._targets[n] - tip)))
         if np.linalg.norm(self._targets[name] - tip) > self._config.hand_radius:
             return
-        since_ns = self._moving_ns.get(body_id, stamp_ns)
-        self.answer = Answer(name, stamp_ns, (stamp_ns - since_ns) / NANO)
+        began_ns = self._onset_ns(stamps, places)
+        if began_ns is not None:
+            self.answer = Answer(name, stamp_ns, (stamp_ns - began_ns) / NANO)
+
+    def _onset_ns(self, stamps: list[int], places: list[FloatArray]) -> int | None:
+        """When the motion began that is over now [ns]; none: it is not over, or nothing is known of it."""
+        now = len(stamps) - 1
+        speed = self._speed_at(now, stamps, places)
+        if speed is None or speed > self._config.hand_speed:
+            return None
+        fast = [
+            index
+            for index in range(now)
+            if (found := self._speed_at(index, stamps, places)) is not None
+            and found > self._config.hand_speed
+        ]
+        if not fast:
+            return stamps[now]
+        # Backwards from the last time that it was fast to where it was not.
+        first = fast[-1]
+        for index in reversed(fast):
+            if first - index > 1:
+                break
+            first = index
+        return stamps[first]
+
+    @staticmethod
+    def _speed_at(index: int, stamps: list[int], places: list[FloatArray]) -> float | None:
+        """Over so long a way back that noise leaves it alone [m/s]; none: that is not known."""
+        for before in range(index - 1, -1, -1):
+            passed_ns = stamps[index] - stamps[before]
+            if passed_ns >= _SPAN_NS:
+                way = float(np.linalg.norm(places[index] - places[before]))
+                return way / (passed_ns / NANO)
+        return None
 
     def press(self, goal: str, stamp_ns: int) -> None:
         """Take a pressed key [ns]; the first answer counts.

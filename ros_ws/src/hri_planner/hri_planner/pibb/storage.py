@@ -44,7 +44,13 @@ _UNUSABLE = (HriError, ArithmeticError, AttributeError, LookupError, TypeError, 
 
 
 def save_session(
-    folder: Path, session: Session, *, person: str, seed: int, commit: str = ""
+    folder: Path,
+    session: Session,
+    *,
+    person: str,
+    seed: int,
+    commit: str = "",
+    begun: str = "",
 ) -> None:
     """Save a session, its trials and its mean policy.
 
@@ -54,6 +60,7 @@ def save_session(
         person: Whose trials these are.
         seed: What all random numbers began with.
         commit: Of the code at work, if known; the policy's file names it.
+        begun: Mark of the policy that it began with, see :func:`hri_planner.pibb.beginning.mark_of`.
 
     Raises:
         DataError: when the session's generator is not a PCG64.
@@ -68,6 +75,7 @@ def save_session(
         "seed": int(seed),
         "commit": commit,
         "experiment": to_mapping(experiment),
+        "begun": begun,
         "goals": names,
         "duration": float(policy.duration),
         "update": int(state.update),

@@ -11,7 +11,7 @@ import typer
 import yaml
 from rich.console import Console
 
-from hri_planner.dmp.model_file import load_dmp, save_dmp
+from hri_planner.dmp.model_file import save_dmp
 from hri_planner.dmp.policy import DmpPolicy
 from hri_planner.pibb.beginning import first_policy
 from hri_planner.pibb.experiment import (
@@ -23,14 +23,16 @@ from hri_planner.pibb.experiment import (
     to_mapping,
 )
 from hri_planner.pibb.library import PolicyLibrary
+from hri_planner.pibb.names import check_name
 from hri_planner.pibb.session import Session
-from hri_planner.pibb.storage import learnt_in
+from hri_planner.pibb.storage import POLICY, learnt_in
+from hri_planner.pibb.storage import TRIALS as TABLE
 from hri_planner.robot.model import load_robot
 from hri_prediction.config import from_mapping
-from hri_prediction.errors import HriError
+from hri_prediction.errors import ConfigError, HriError
 from hri_prediction.results.origin import results_origin
 from hri_prediction.results.progress import ProgressLine
-from hri_sim.launch.adaptation import AdaptationOptions, run_adaptation
+from hri_sim.launch.adaptation import TRIALS, AdaptationOptions, run_adaptation
 from hri_sim.launch.folder import naming
 from hri_sim.launch.lockstep import run_in_lockstep
 from hri_sim.launch.options import Parameters, Seed, default_folder, one_of
@@ -47,6 +49,7 @@ HUMANS = ("simulated", "live")
 
 @app.command(context_settings={"help_option_names": ["-h", "--help"]})
 def adapt(
+    ctx: typer.Context,
     experiment: Annotated[
         str,
         typer.Option(
@@ -111,8 +114,17 @@ def adapt(
         ),
     ] = 40,
     library: Annotated[
-        Path, typer.Option(help="Policy library that the person's policy goes into.")
+        Path,
+        typer.Option(
+            help="Policy library that the person's policy goes into; not that of a smoke run."
+        ),
     ] = DEFAULT_LIBRARY,
+    replace_policy: Annotated[
+        bool,
+        typer.Option(
+            "--replace", help="Replace what the library has of that person and experiment."
+        ),
+    ] = False,
     parameters: Parameters = None,
     out: Annotated[
         Path | None,
@@ -130,13 +142,15 @@ def adapt(
     goal it is going to; what was read soon and rightly counts for more in the next update. Everything is
     saved after each trial: Ctrl-C, a crash or a kill lose the trial under way, and the same command with
     the same --out goes on. Leaves trials.csv, policy.npz (also in the library), adaptation.png and, live,
-    a bag. Exit code 0: done; 1: something went wrong; 130 after Ctrl-C.
+    a bag. Exit code 0: done; 1: something went wrong; 3: the robot touched something or somebody in a
+    trial; 130 after Ctrl-C.
     """
     console = Console()
     try:
         one_of("mode", mode, MODES)
         one_of("human", human, HUMANS)
         one_of("population", population, tuple(POPULATIONS))
+        _check_given(ctx, mode)
         with naming("--experiment", experiment):
             chosen = load_experiment(find_experiment(experiment))
         chosen = _changed(chosen, weights, updates, rollouts, habituation)
@@ -149,21 +163,79 @@ def adapt(
             first = None
             if policy is not None:
                 with naming("--policy", policy):
-                    first = load_dmp(policy)
+                    first = first_policy(chosen, load_robot(), policy)
             people = range(first_seed, first_seed + seeds)
             _batch(chosen, first, folder, people, workers, readings, console)
             return
         name = person or f"person{seed}"
+        # What a few trials taught is nothing to keep.
+        kept = None if smoke else PolicyLibrary(library)
+        if kept is not None:
+            _check_free(kept, name, chosen.name, replace_policy or (folder / TRIALS).exists())
         session, begun = _one(
             chosen, folder, mode, human, population, name, policy, parameters, seed, record, console
         )
-        _conclude(session, begun, folder, name, seed, library, console)
+        touched = _conclude(session, begun, folder, name, seed, kept, console)
+        if touched:
+            raise typer.Exit(3)
     except (HriError, OSError) as error:
         explain(error, console)
         raise typer.Exit(1) from error
     except KeyboardInterrupt:
         console.print(f"stopped; --out {folder} again goes on", highlight=False, soft_wrap=True)
         raise typer.Exit(130) from None
+
+
+NOT_IN = {
+    "live": ("seeds", "first_seed", "workers", "readings"),
+    "lockstep": ("human", "parameters", "record", "seeds", "first_seed", "workers", "readings"),
+    "batch": (
+        "human", "population", "person", "seed", "library", "replace_policy", "parameters", "record",
+    ),
+}  # fmt: skip
+"""Options that mean nothing in a mode."""
+
+
+def _check_given(ctx: typer.Context, mode: str) -> None:
+    """Refuse what was given and would be ignored.
+
+    Raises:
+        ConfigError: naming it.
+    """
+    flags = {option.name: option.opts[0] for option in ctx.command.params}
+    for name in NOT_IN[mode]:
+        source = ctx.get_parameter_source(name)
+        if source is not None and source.name == "COMMANDLINE":
+            others = [other for other in MODES if name not in NOT_IN[other]]
+            raise ConfigError(
+                f"{flags[name]} with --mode {mode}",
+                expected=f"{flags[name]} with --mode {' or '.join(others)}",
+                hint="leave it away, or choose that mode",
+            )
+
+
+def _check_free(library: PolicyLibrary, person: str, experiment: str, may_replace: bool) -> None:
+    """Check that the policy to be learnt will have a place.
+
+    Raises:
+        ConfigError: when it would take that of another one, or has no name for a file.
+    """
+    check_name("person", person)
+    if not may_replace and any(
+        (entry.person, entry.experiment) == (person, experiment) for entry in library.entries()
+    ):
+        raise ConfigError(
+            f"{library.folder} has a policy of {person} for {experiment} already",
+            expected="a person of whom it has none",
+            hint="another --person, another --library, or --replace",
+        )
+
+
+def _read(text: str) -> object:
+    try:
+        return yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise ConfigError(" ".join(str(error).split()), expected="YAML") from error
 
 
 def _changed(
@@ -177,7 +249,7 @@ def _changed(
     content = to_mapping(experiment)
     if weights is not None:
         with naming("--weights", weights):
-            content["weights"] = yaml.safe_load(weights)
+            content["weights"] = _read(weights)
             experiment = experiment_of(content)
     given = {"updates": updates, "rollouts": rollouts, "habituation": habituation}
     plan = {**asdict(experiment.improvement), **{k: v for k, v in given.items() if v is not None}}
@@ -224,25 +296,33 @@ def _conclude(
     folder: Path,
     person: str,
     seed: int,
-    library: Path,
+    library: PolicyLibrary | None,
     console: Console,
-) -> None:
-    """Keep the policy, draw the trials, say what came of it."""
+) -> int:
+    """Keep the policy, draw the trials, say what came of it; in how many trials something was touched."""
     from hri_sim.readability.session_picture import draw_session
     from hri_sim.readability.session_table import print_session
 
     name = session.experiment.name
     picture = folder / "adaptation.png"
     draw_session(picture, session, begun, f"{name}: {person}")
-    learnt = learnt_in(session, person=person, seed=seed, commit=str(results_origin()["commit"]))
-    kept = PolicyLibrary(library).add(session.state.policy, person, name, learnt, replace=True)
+    kept = folder / TRIALS / POLICY
+    if library is not None:
+        learnt = learnt_in(
+            session, person=person, seed=seed, commit=str(results_origin()["commit"])
+        )
+        kept = library.add(session.state.policy, person, name, learnt, replace=True)
     print_session(console, session)
     for what, path in {
-        "trials": folder / "trials" / "trials.csv",
+        "trials": folder / TRIALS / TABLE,
         "picture": picture,
         "policy": kept,
     }.items():
         console.print(f"{what + ':':<9}{path}", highlight=False, markup=False, soft_wrap=True)
+    touched = sum(result.clearance <= 0.0 for result in session.state.results)
+    if touched:
+        console.print(f"the robot touched somebody or something in {touched} trials", style="red")
+    return touched
 
 
 def _batch(

@@ -11,6 +11,7 @@ from typing import Any
 
 from rich.console import Console
 
+from hri_planner.pibb.beginning import check_same, first_policy
 from hri_planner.pibb.experiment import Experiment, save_experiment
 from hri_planner.pibb.session import Session
 from hri_planner.pibb.storage import SESSION, load_session
@@ -233,7 +234,7 @@ def run_adaptation(options: AdaptationOptions, console: Console, line: ProgressL
         NodeDeath: when a node that the run needs ended by itself.
         GraphError: when the graph did not come up, or the experiment was given up.
     """
-    check_person(options)
+    check_folder(options)
     number = 1 + sum(path.is_dir() for path in options.out.glob("run_*"))
     folder = options.out / f"run_{number}"
     scenario = experiment_scenario(
@@ -280,8 +281,8 @@ def run_adaptation(options: AdaptationOptions, console: Console, line: ProgressL
         return session
 
 
-def check_person(options: AdaptationOptions) -> None:
-    """Check that the folder is new, or holds trials of the same person and experiment.
+def check_folder(options: AdaptationOptions) -> None:
+    """Check that the folder is new, or holds trials of the same person, experiment and beginning.
 
     Raises:
         ConfigError: when it does not.
@@ -295,11 +296,8 @@ def check_person(options: AdaptationOptions) -> None:
             )
         return
     session, header = load_session(options.trials)
-    found = (session.experiment.name, header.get("person"))
-    wanted = (options.experiment.name, options.person)
-    if found != wanted:
-        raise ConfigError(
-            f"--out {options.out} holds {found[0]} of {found[1]}",
-            expected=f"{wanted[0]} of {wanted[1]}",
-            hint="choose another folder, or that experiment and person",
-        )
+    first = first_policy(options.experiment, load_robot(), options.policy or "")
+    check_same(
+        options.out, session.experiment, header, options.experiment, first,
+        person=options.person, seed=options.seed,
+    )  # fmt: skip

@@ -149,6 +149,7 @@ def naming(option: str, value: object) -> Iterator[None]:
     except HriError as error:
         given = f"{option} {value}"
         # Most errors name the file already: then the option goes before it.
-        said = error.problem.replace(str(value), given, 1)
+        quoted = repr(str(value)) in error.problem
+        said = error.problem if quoted else error.problem.replace(str(value), given, 1)
         problem = said if given in said else f"{given}: {error.problem}"
         raise type(error)(problem, expected=error.expected, hint=error.hint) from error

@@ -13,7 +13,7 @@ from hri_planner.robot.model import load_robot
 from hri_prediction.errors import GraphError
 from hri_prediction.ros.messages import AdaptationStatus
 from hri_prediction.ros.node import HriNode
-from hri_sim.launch.adaptation import AdaptationOptions, adaptation_specs, check_person
+from hri_sim.launch.adaptation import AdaptationOptions, adaptation_specs, check_folder
 from hri_sim.nodes.observer_node import ObserverNode
 from hri_sim.nodes.simulator_node import SimulatorNode
 from hri_sim.readability.scene import experiment_scenario
@@ -41,7 +41,7 @@ def adaptation_graph(options: AdaptationOptions, *, others: tuple[NodeFactory, .
     Raises:
         ConfigError: when the options do not fit.
     """
-    check_person(options)
+    check_folder(options)
     options.out.mkdir(parents=True, exist_ok=True)
     scenario = experiment_scenario(
         options.experiment, load_robot(), "person1" if options.human == "simulated" else None

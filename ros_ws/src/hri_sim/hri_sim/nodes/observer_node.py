@@ -67,6 +67,8 @@ class ObserverNode(HriNode):
         self._tool: Any = None
         self._watching = self._said = False
         self._guesses = 0
+        self._joined: int | None = None
+        """How many trials were over when this person came; none: not yet known."""
         self._captured = CapturedBodies(self, [self._config.body_id], self._person_anew)
         self._guess = self.announce(GoalGuess, "humans/guess", reliable(10))
         self.listen(AdaptationStatus, "adaptation/status", self._on_status, reliable(10))
@@ -83,14 +85,25 @@ class ObserverNode(HriNode):
             traits,
             experiment.targets,
             hand=experiment.response == "hand",
-            rng=generator(self._seed, TRIALS),
+            # Who goes on with an experiment does not have the moods of its first trials again.
+            rng=self._moods(),
             spec=spec,
         )
         self._watching = self._said = False
         tracking = TrackingModel(spec, tracking_generator(self._seed, name))
         return {name: CapturedBody(self._participant.person.truth, spec.side, tracking)}
 
+    def _moods(self) -> np.random.Generator:
+        """What differs from trial to trial."""
+        if not self._joined:
+            return generator(self._seed, TRIALS)
+        return np.random.default_rng([self._seed, TRIALS, self._joined])
+
     def _on_status(self, message: AdaptationStatus) -> None:
+        if self._joined is None:
+            self._joined = message.trial
+            if self._joined:
+                self._captured.restart()
         before, self._stage = self._stage, message.stage
         if self._stage == before:
             return

@@ -39,36 +39,47 @@ def draw_session(path: Path, session: Session, first: DmpPolicy, title: str) -> 
     learning = [result for result in session.state.results if result.trial.update >= 0]
     _draw_cost(grid["cost"], list(session.experiment.goals), learning)
     _draw_times(grid["time"], session.state.results)
-    for name, axes in (("top", (0, 1)), ("side", (1, 2))):
+    for name, axes in (("top", (1, 0)), ("side", (1, 2))):
         _draw_ways(grid[name], session.experiment, first, session.state.policy, axes)
     figure.savefig(path, dpi=110)
 
 
 def _draw_cost(axes: Axes, goals: list[str], results: list[Result]) -> None:
-    axes.set(title="Cost of the trials", xlabel="update", ylabel="total cost")
+    from matplotlib.ticker import MaxNLocator
+
+    axes.set(
+        title="Cost of the trials, and mean of each update", xlabel="update", ylabel="total cost"
+    )
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    samples = max((r.trial.sample for r in results), default=0)
     for index, goal in enumerate(goals):
         own = [r for r in results if r.trial.goal == goal]
         updates = sorted({r.trial.update for r in own})
         means = [np.mean([r.cost for r in own if r.trial.update == u]) for u in updates]
         colour = _COLOURS[index % len(_COLOURS)]
-        places = [r.trial.update + 1 + 0.08 * (r.trial.sample - 2.5) for r in own]
+        places = [r.trial.update + 1 + 0.08 * (r.trial.sample - 0.5 * samples) for r in own]
         axes.plot(places, [r.cost for r in own], ".", color=colour, alpha=0.25)
         axes.plot(np.array(updates) + 1, means, ".-", color=colour, label=goal)
     axes.legend(frameon=False)
 
 
 def _draw_times(axes: Axes, results: tuple[Result, ...]) -> None:
-    axes.set(title="Until the person showed the goal", xlabel="trial", ylabel="J_pred [s]")
+    from matplotlib.ticker import MaxNLocator
+
+    axes.set(title="Until the person showed a goal", xlabel="trial", ylabel="J_pred [s]")
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     number = np.array([r.trial.number for r in results])
     time = np.array([r.terms.prediction_time for r in results])
     right = np.array([r.terms.task == 0.0 for r in results])
-    axes.plot(number[right], time[right], ".", color="#0072B2", alpha=0.5, label="right")
-    axes.plot(number[~right], time[~right], "x", color="#D55E00", label="wrong")
+    axes.plot(number[right], time[right], ".", color="#0072B2", alpha=0.5, label="right guess")
+    axes.plot(number[~right], time[~right], "x", color="#D55E00", label="wrong guess")
+    # A guess that is fast and wrong is no good: it is not in the mean.
+    number, time = number[right], time[right]
     window = max(len(time) // 12, 3)
     if len(time) > window:
-        smooth = np.convolve(time, np.ones(window) / window, mode="valid")
-        middle = number[: len(smooth)] + 0.5 * (window - 1)
-        axes.plot(middle, smooth, color="black", label=f"mean of {window}")
+        mean = np.ones(window) / window
+        middle, smooth = (np.convolve(values, mean, mode="valid") for values in (number, time))
+        axes.plot(middle, smooth, color="black", label=f"mean of {window} right ones")
     axes.legend(frameon=False)
 
 
@@ -78,11 +89,14 @@ def _draw_ways(
     from matplotlib.patches import Rectangle
 
     names = "xyz"
-    title = {(0, 1): "Ways from above", (1, 2): "Ways as the person sees them"}[shown]
+    title = {(1, 0): "Ways from above", (1, 2): "Ways as the person sees them"}[shown]
     axes.set(
         title=f"{title}: first (dashed), last", xlabel=f"{names[shown[0]]} [m]",
-        ylabel=f"{names[shown[1]]} [m]", aspect="equal",
+        ylabel=f"{names[shown[1]]} [m]",
     )  # fmt: skip
+    axes.set_aspect("equal", adjustable="datalim")
+    # Who sits opposite has y > 0 at the left hand; from above, so has the picture.
+    axes.invert_xaxis()
     for centre, half in experiment.boxes:
         corner = tuple(centre[list(shown)] - half[list(shown)])
         size = 2.0 * half[list(shown)]
@@ -91,6 +105,9 @@ def _draw_ways(
         colour = _COLOURS[index % len(_COLOURS)]
         for policy, style in ((first, "--"), (last, "-")):
             way = policy.path(goal)[:, list(shown)]
-            axes.plot(*way.T, style, color=colour, label=goal if style == "-" else None)
-        axes.plot(*policy.goals[goal][list(shown)], "o", color=colour)
-    axes.legend(frameon=False)
+            axes.plot(*way.T, style, color=colour)
+        place = policy.goals[goal][list(shown)]
+        axes.plot(*place, "o", color=colour)
+        axes.annotate(
+            goal, (place[0], place[1]), xytext=(6, 6), textcoords="offset points", color=colour
+        )

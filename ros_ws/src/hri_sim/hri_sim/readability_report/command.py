@@ -26,6 +26,9 @@ SEEDS, SMOKE_SEEDS = 24, 2
 RESULTS = Path("docs/results")
 RUNS, SMOKE_RUNS = Path("runs/dmp"), Path("runs/smoke_dmp")
 FILE, TEXT = "dmp.json", "dmp.md"
+FIGURES = "results.json"
+"""The figures that others compare, alone: beside the report where it has a folder of its own."""
+COMPARED = ("experiments", "rollout_ms_batch24", "imitation_rms_mm", "field_gradient_error")
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 
@@ -72,6 +75,8 @@ def reproduce(
     }
     write_json(out / FILE, content)
     (out / TEXT).write_text(report(content))
+    if out != RESULTS:
+        write_json(out / FIGURES, {name: content[name] for name in COMPARED})
     return content
 
 
@@ -80,7 +85,8 @@ def reproduce_dmp(
     out: Annotated[
         Path | None,
         typer.Option(
-            help="Folder for dmp.md, dmp.json and dmp/*.png. Default: docs/results; smoke: --runs."
+            help="Folder for dmp.md, dmp.json, dmp/*.png and, elsewhere than in docs/results, "
+            "results.json with the figures that others compare. Default: docs/results; smoke: --runs."
         ),
     ] = None,
     runs: Annotated[

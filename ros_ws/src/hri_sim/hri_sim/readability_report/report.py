@@ -14,6 +14,7 @@ from hri_sim.readability_report import (
     readings,
     terms,
     transfer,
+    updates,
 )
 from hri_sim.readability_report.section import Section
 
@@ -21,6 +22,7 @@ SECTIONS = (
     Section("improvement", "What was done, and who improved", improvement.measure, improvement.lines),
     Section("readings", "How people read the first and the last policy", readings.measure, readings.lines),
     Section("terms", "Costs, term by term", terms.measure, terms.lines),
+    Section("updates", "Costs, update by update", updates.measure, updates.lines),
     Section("transfer", "A against B", transfer.measure, transfer.lines),
     Section("parts", "The parts by themselves", parts.measure, parts.lines),
     Section("pictures", "Pictures", pictures.measure, pictures.lines),

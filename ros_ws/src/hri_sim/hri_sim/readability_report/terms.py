@@ -25,7 +25,8 @@ LABELS = {
     "deviation": "deviation [mm²]",
     COST: "total",
 }
-_SCALES = {"deviation": 1e6}
+SCALES = {"deviation": 1e6}
+"""By which terms are multiplied in tables."""
 PEOPLE = ("prediction_time", "task", "human_duration")
 """Terms that people make."""
 DISTINCT = "indistinct"
@@ -85,7 +86,7 @@ def lines(found: Mapping[str, Any]) -> list[str]:
     for name, one in found.items():
         rows = []
         for term, label in LABELS.items():
-            own, scale = one["terms"][term], _SCALES.get(term, 1.0)
+            own, scale = one["terms"][term], SCALES.get(term, 1.0)
             relative = own["relative"]
             rows.append(
                 [
