@@ -234,7 +234,9 @@ def run_adaptation(options: AdaptationOptions, console: Console, line: ProgressL
         NodeDeath: when a node that the run needs ended by itself.
         GraphError: when the graph did not come up, or the experiment was given up.
     """
-    check_folder(options)
+    done = check_folder(options)
+    if done:
+        print_line(console, f"going on with {options.out}, which holds {done} trials")
     number = 1 + sum(path.is_dir() for path in options.out.glob("run_*"))
     folder = options.out / f"run_{number}"
     scenario = experiment_scenario(
@@ -281,8 +283,11 @@ def run_adaptation(options: AdaptationOptions, console: Console, line: ProgressL
         return session
 
 
-def check_folder(options: AdaptationOptions) -> None:
+def check_folder(options: AdaptationOptions) -> int:
     """Check that the folder is new, or holds trials of the same person, experiment and beginning.
+
+    Returns:
+        How many trials it holds.
 
     Raises:
         ConfigError: when it does not.
@@ -294,10 +299,11 @@ def check_folder(options: AdaptationOptions) -> None:
                 expected="a new or empty folder, or that of an experiment to go on with",
                 hint="choose another with --out",
             )
-        return
+        return 0
     session, header = load_session(options.trials)
     first = first_policy(options.experiment, load_robot(), options.policy or "")
     check_same(
         options.out, session.experiment, header, options.experiment, first,
         person=options.person, seed=options.seed,
     )  # fmt: skip
+    return len(session.state.results)
