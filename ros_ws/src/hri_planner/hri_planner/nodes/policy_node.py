@@ -29,6 +29,9 @@ from hri_prediction.ros.node import run_node
 from hri_prediction.ros.parameters import declare_config
 from hri_prediction.ros.qos import LATCHED, reliable
 
+LAST_PLAN_S = 0.02
+"""A plan that is made when its motion ends is given so long [s]; it takes milliseconds."""
+
 
 class PolicyNode(MotionNode):
     """Serves ``/policy/reach_target``; ``/policy/goal`` moves the goal of the present motion."""
@@ -80,7 +83,8 @@ class PolicyNode(MotionNode):
         self, request: LoadModel.Request, response: LoadModel.Response
     ) -> LoadModel.Response:
         try:
-            if self._supervisor.motion is not None or self.replanning.worker.busy:
+            # A motion may be over while its last plan is still being made.
+            if self._supervisor.motion is not None or not self.replanning.worker.wait(LAST_PLAN_S):
                 raise PlanningError("a motion is under way", hint="cancel it, or wait for its end")
             model = load_any(find_any(request.path))
             self.replanning.planner.check_model(model)

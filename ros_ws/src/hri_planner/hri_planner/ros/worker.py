@@ -36,6 +36,11 @@ class Worker(Generic[ResultT]):
         with self._changed:
             return self._busy
 
+    def wait(self, timeout_s: float) -> bool:
+        """Wait for the end of the job under way; whether there is none any more."""
+        with self._changed:
+            return self._changed.wait_for(lambda: not self._busy, timeout_s)
+
     def submit(self, job: Callable[[], ResultT]) -> None:
         """Hand over a job.
 
@@ -50,7 +55,7 @@ class Worker(Generic[ResultT]):
                 raise RuntimeError("a job is under way")
             self._busy = True
             self._job = job
-            self._changed.notify()
+            self._changed.notify_all()
 
     def take(self) -> ResultT | None:
         """The result of the last job, once; none while there is none. Raises what the job raised."""
@@ -90,3 +95,4 @@ class Worker(Generic[ResultT]):
         with self._changed:
             self._result, self._error = result, error
             self._busy = False
+            self._changed.notify_all()
