@@ -22,6 +22,7 @@ from hri_prediction.ros.qos import reliable
 from hri_prediction.ros.time import seconds_to_ns, to_time
 from hri_sim.launch.adaptation import AdaptationOptions
 from hri_sim.launch.lockstep import adaptation_graph, run_in_lockstep
+from hri_sim.nodes.observer_node import ObserverNode
 from hri_sim.testing.graph import Graph
 
 ROBOT = load_robot()
@@ -182,6 +183,18 @@ def test_trials_that_are_broken_off_leave_no_trace(tmp_path: Path) -> None:
         assert (last.aborted, last.last_trial) == (1, -1)
         graph.run_until(lambda: node.stage == AdaptationStatus.STOPPED, 90.0)
         assert any("5 trials in a row" in text for text in node.faults)
+
+
+def test_an_observer_that_hears_of_a_trial_late_watches_the_rest_of_it(tmp_path: Path) -> None:
+    """As when processes find each other while the first trial has begun."""
+    with adaptation_graph(options(tmp_path)) as graph:
+        observer = graph.nodes["observer"]
+        assert isinstance(observer, ObserverNode)
+        observer.ignore("adaptation/status")
+        until(graph, AdaptationStatus.MOVING)
+        observer.listen(AdaptationStatus, "adaptation/status", observer._on_status, reliable(10))
+        graph.run_until(after(1, graph), 20.0)
+        assert not adaptation(graph).faults
 
 
 def test_answers_that_do_not_count(tmp_path: Path) -> None:

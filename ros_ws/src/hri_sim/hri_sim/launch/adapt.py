@@ -27,6 +27,7 @@ from hri_planner.pibb.names import check_name
 from hri_planner.pibb.session import Session
 from hri_planner.pibb.storage import POLICY, learnt_in
 from hri_planner.pibb.storage import TRIALS as TABLE
+from hri_planner.policy.model_file import find_any
 from hri_planner.robot.model import load_robot
 from hri_prediction.config import from_mapping
 from hri_prediction.errors import ConfigError, HriError
@@ -80,7 +81,8 @@ def adapt(
     policy: Annotated[
         Path | None,
         typer.Option(
-            help="Policy to begin with (.npz), such as another person's; it may be one of another start. "
+            help="Policy to begin with: a .npz file, such as another person's, or dmp_transfer, which "
+            "ships; it may be one of another start. "
             "Default: straight ways."
         ),
     ] = None,
@@ -151,6 +153,9 @@ def adapt(
         one_of("human", human, HUMANS)
         one_of("population", population, tuple(POPULATIONS))
         _check_given(ctx, mode)
+        if policy is not None:
+            with naming("--policy", policy):
+                policy = Path(find_any(str(policy)))
         with naming("--experiment", experiment):
             chosen = load_experiment(find_experiment(experiment))
         chosen = _changed(chosen, weights, updates, rollouts, habituation)

@@ -33,6 +33,7 @@ from hri_sim.readability.learning import TRAITS, TRIALS, generator
 from hri_sim.readability.participant import Participant, participant_spec
 from hri_sim.readability.traits import POPULATIONS, draw_person
 
+_BEGINS = (AdaptationStatus.READY, AdaptationStatus.MOVING)
 _WATCHED = (AdaptationStatus.READY, AdaptationStatus.MOVING, AdaptationStatus.ANSWERING)
 
 
@@ -63,7 +64,6 @@ class ObserverNode(HriNode):
         self._robot = load_robot()
         self._experiment = load_experiment(find_experiment(self._config.experiment))
         self._seed = self._config.seed
-        self._stage = AdaptationStatus.IDLE
         self._tool: Any = None
         self._watching = self._said = False
         self._guesses = 0
@@ -104,14 +104,13 @@ class ObserverNode(HriNode):
             self._joined = message.trial
             if self._joined:
                 self._captured.restart()
-        before, self._stage = self._stage, message.stage
-        if self._stage == before:
-            return
+        stage = message.stage
         now_s = self._captured.seconds(self.now_ns())
-        if self._stage == AdaptationStatus.READY and self._tool is not None:
+        # Who hears of a trial late watches the rest of it.
+        if stage in _BEGINS and not self._watching and self._tool is not None:
             self._participant.begin(now_s, self._tool, self._experiment.goals)
             self._watching, self._said = True, False
-        elif self._stage not in _WATCHED and self._watching:
+        elif stage not in _WATCHED and self._watching:
             self._watching = False
             self._participant.go_home(now_s + 0.1)
 
