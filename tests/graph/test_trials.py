@@ -252,8 +252,12 @@ def test_an_update_on_demand_in_each_stage_between_trials(tmp_path: Path, stage:
     plan = replace(experiment.improvement, updates=2)
     with adaptation_graph(options(tmp_path, experiment.with_(improvement=plan))) as graph:
         node = adaptation(graph)
-        enough = lambda: any(len(c) > 1 for c in node.session.state.costs.values())  # noqa: E731
-        graph.run_until(lambda: enough() and node.stage == stage, 120.0)
+
+        def ready() -> bool:
+            enough = any(len(costs) > 1 for costs in node.session.state.costs.values())
+            return enough and node.stage == stage
+
+        graph.run_until(ready, 120.0)
         answer = graph.call(Trigger, "adaptation/update", Trigger.Request())
         assert answer.success, answer.message
         assert node.session.state.update == 1

@@ -44,6 +44,41 @@ def test_an_arm_goes_on_as_it_did() -> None:
     assert partner.age == pytest.approx(0.044)
 
 
+def noisy(rng: np.random.Generator, place: np.ndarray) -> np.ndarray:
+    return place + 0.002 * rng.standard_normal((4, 3))
+
+
+@pytest.mark.parametrize("period_ms", [4, 8, 10])
+def test_at_rest_the_noise_of_motion_capture_is_no_speed(period_ms: int) -> None:
+    rng, arm, fastest = np.random.default_rng(3), TrackedArm(), 0.0
+    for ms in range(0, 4000, period_ms):
+        arm.add(ms * MS, noisy(rng, ARM))
+        if ms >= 200:
+            partner = arm.partner(ms * MS)
+            fastest = max(fastest, float(np.linalg.norm(partner.speeds, axis=1).max()))
+    assert fastest < 0.05
+    assert partner.age == pytest.approx(0.071)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_who_sets_out_is_no_faster_than_speed_and_age_allow(seed: int) -> None:
+    """What bounds assume: the speed differs by no more than 4 m/s² since its age; noise comes on top."""
+    rng, arm = np.random.default_rng(seed), TrackedArm()
+    way = rng.standard_normal(3)
+    way /= np.linalg.norm(way)
+    over = []
+    for ms in range(0, 800, 8):
+        since = max(ms - 300, 0) / 1000.0
+        place = ARM + 0.5 * 4.0 * since**2 * way
+        arm.add(ms * MS, noisy(rng, place))
+        if ms >= 200:
+            partner = arm.partner(ms * MS)
+            missed = float((4.0 * since * way - partner.velocity) @ way)
+            over.append(missed - 4.0 * partner.age)
+    assert max(over) < 0.25
+    assert np.mean(over) < 0.0
+
+
 def test_of_a_single_sample_no_speed_is_known() -> None:
     arm = TrackedArm()
     arm.add(0, ARM)

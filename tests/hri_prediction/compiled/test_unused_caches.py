@@ -27,6 +27,18 @@ def test_only_what_was_not_used_for_a_month_goes(
     assert {path.name for path in tmp_path.iterdir()} == {names["a"], names["b"], "other"}
 
 
+def test_kernels_that_check_their_indices_are_cached_apart(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    monkeypatch.setenv("NUMBA_BOUNDSCHECK", "0")
+    usual = compiled.cache_folder()
+    monkeypatch.setenv("NUMBA_BOUNDSCHECK", "1")
+    assert compiled.cache_folder() == usual.with_name(f"{usual.name}-checked")
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(compiled.cache_folder()))
+    assert compiled.cache_folder() == usual.with_name(f"{usual.name}-checked")
+
+
 def test_use_is_noted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     folder = compiled.cache_folder()

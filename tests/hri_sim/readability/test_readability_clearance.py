@@ -20,16 +20,27 @@ def motion(seed: int, count: int = 40) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_the_nearest_of_all_capsules_at_all_times_counts(seed: int) -> None:
+@pytest.mark.parametrize("limbs", [1, 2, 3])
+def test_the_nearest_of_all_capsules_at_all_times_counts(seed: int, limbs: int) -> None:
     joints, person = motion(seed)
+    person, radii = person[:, : limbs + 1], RADII[:limbs]
     wanted = min(
         capsule_distances(
             ROBOT.robot_capsules(q), ROBOT.capsule_radii,
-            np.stack((arm[:-1], arm[1:]), axis=1), np.array(RADII),
+            np.stack((arm[:-1], arm[1:]), axis=1), np.array(radii),
         ).min()
         for q, arm in zip(joints, person, strict=True)
     )  # fmt: skip
-    assert limb_clearance(ROBOT, joints, person, RADII) == pytest.approx(wanted, abs=1e-12)
+    assert limb_clearance(ROBOT, joints, person, radii) == pytest.approx(wanted, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("rows", "width", "keypoints", "says"),
+    [(5, 7, 3, r"\(5, 4, 3\), not \(5, 3, 3\)"), (4, 7, 4, r"\(4, 4, 3\)"), (5, 6, 4, r"\(n, 7\)")],
+)
+def test_what_does_not_fit_is_refused(rows: int, width: int, keypoints: int, says: str) -> None:
+    with pytest.raises(ValueError, match=says):
+        limb_clearance(ROBOT, np.zeros((rows, width)), np.zeros((5, keypoints, 3)), RADII)
 
 
 def test_limbs_that_cross_the_robot_are_below_nothing() -> None:

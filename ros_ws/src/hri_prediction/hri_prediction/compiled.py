@@ -50,6 +50,8 @@ def source_hash() -> str:
 def cache_folder() -> Path:
     """Cache folder of the present sources; a ``NUMBA_CACHE_DIR`` that is set becomes its parent."""
     name = f"hri-{source_hash()}"
+    if os.environ.get("NUMBA_BOUNDSCHECK", "0") not in ("", "0"):
+        name += "-checked"  # kernels that check their indices are other kernels
     given = os.environ.get("NUMBA_CACHE_DIR")
     if given:
         # Children inherit the variable from us: then it names the folder already.
@@ -61,7 +63,7 @@ def cache_folder() -> Path:
 def remove_unused_caches() -> None:
     """Remove the cache folders of other source states that nobody has used for a month."""
     present = cache_folder()
-    for folder in present.parent.glob("hri-" + "[0-9a-f]" * 16):
+    for folder in present.parent.glob("hri-" + "[0-9a-f]" * 16 + "*"):
         with contextlib.suppress(OSError):  # gone meanwhile, or somebody else's
             if folder != present and time.time() - folder.stat().st_mtime > UNUSED_S:
                 shutil.rmtree(folder)

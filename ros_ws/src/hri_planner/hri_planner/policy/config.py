@@ -53,7 +53,7 @@ class PolicyConfig:
         25.0, "Largest acceleration of a joint", unit="rad/s^2", low=0.1, high=200.0
     )
     box_margin: float = parameter(
-        0.02, "Distance of the tool's capsule from boxes that is kept", unit="m", low=0.0, high=0.5
+        0.02, "Distance of all links from boxes that is kept", unit="m", low=0.0, high=0.5
     )
     link_reach: float = parameter(
         0.12, "Distance of people within which upper and lower arm of the robot give way to them, so far "

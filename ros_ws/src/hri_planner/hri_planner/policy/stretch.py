@@ -100,9 +100,8 @@ class Limits:
         """What all links stay out of (k, 2, 3) [m]: boxes, and all that is below the floor."""
         if self.floor is None:
             return self.boxes
-        top = (
-            self.floor - self.margin
-        )  # the hand's axis may come down to the floor, as the tool may
+        # The hand's axis may come down to the floor, as the tool may.
+        top = self.floor - self.margin
         below = np.array(((0.0, 0.0, top - _DEEP_M), (_DEEP_M, _DEEP_M, _DEEP_M)))
         return np.concatenate((self.boxes, below[None]))
 

@@ -25,6 +25,14 @@ FloatArray = NDArray[np.float64]
 HAND_TIP = 3
 VELOCITY_S = 0.048
 """Samples of so long give a hand's velocity [s]."""
+REST_S = 0.192
+"""An arm that has been at rest for so long is taken to rest [s]: samples of so long give its velocity."""
+NOISE_M = 0.010
+"""At rest a joint seems no farther than that from a line through its samples [m]: 5 sd of 2 mm."""
+RESTING_M_S = 0.05
+"""Nor is it faster [m/s]; the noise of so many samples is a tenth of what that of the shorter time is."""
+UNNOTICED_S = 0.071
+"""For so long a motion from rest, 4 m/s² (as bounds assume of people), can stay within the noise [s]."""
 FASTEST_HAND = 6.0
 """No hand is taken to be faster [m/s]."""
 MARKER_M = 0.02
@@ -43,8 +51,8 @@ class TrackedArm:
     when it is seen again, its speed is taken to be the hand's until samples say otherwise.
     """
 
-    times_ns: deque[int] = field(default_factory=lambda: deque(maxlen=64))
-    keypoints: deque[FloatArray] = field(default_factory=lambda: deque(maxlen=64))
+    times_ns: deque[int] = field(default_factory=lambda: deque(maxlen=256))
+    keypoints: deque[FloatArray] = field(default_factory=lambda: deque(maxlen=256))
     _seen_ns: list[int] = field(default_factory=lambda: [_NEVER_NS] * 4)
 
     def add(self, stamp_ns: int, keypoints: FloatArray) -> None:
@@ -83,7 +91,7 @@ class TrackedArm:
             self._seen_ns[k] = stamp_ns
         self.times_ns.append(stamp_ns)
         self.keypoints.append(known)
-        while self.times_ns[0] < stamp_ns - round(VELOCITY_S * NANO):
+        while self.times_ns[0] < stamp_ns - round(REST_S * NANO):
             self.times_ns.popleft()
             self.keypoints.popleft()
 
@@ -111,17 +119,40 @@ class TrackedArm:
     def partner(self, time_ns: int) -> Partner:
         """The arm at a time, extrapolated along lines fitted to the newest samples.
 
-        It counts as old as the middle of these: the speed that they give is that of then.
+        It counts as old as the middle of these: the speed that they give is that of then. Of an arm at rest
+        more samples count: noise of a tenth of a metre a second would have the robot step back again and
+        again. It counts as old as a motion may be that has begun unnoticed.
         """
-        places, speeds, since_ns = self.keypoints[-1], np.zeros((4, 3)), float(self.times_ns[-1])
-        if len(self.keypoints) >= _LEAST_SAMPLES:
-            t = (np.array(self.times_ns) - self.times_ns[-1]) / NANO
-            since_ns += float(t.mean()) * NANO
-            t = t - t.mean()
-            speeds = np.tensordot(t, np.array(self.keypoints), 1) / float(t @ t)
-        age = (self.times_ns[-1] - since_ns) / NANO
+        places = self.keypoints[-1]
+        t = (np.array(self.times_ns) - self.times_ns[-1]) / NANO
+        history = np.array(self.keypoints)
+        speeds = _resting_speeds(t, history)
+        age = UNNOTICED_S
+        if speeds is None:
+            newest = t >= -VELOCITY_S - 1e-9
+            speeds, age = np.zeros((4, 3)), 0.0
+            if int(newest.sum()) >= _LEAST_SAMPLES:
+                speeds, age = _slopes(t[newest], history[newest]), -float(t[newest].mean())
         now = Partner(places[HAND_TIP], speeds[HAND_TIP], age, joints=places, speeds=speeds)
         return now.later((time_ns - self.times_ns[-1]) / NANO)
+
+
+def _slopes(t: FloatArray, keypoints: FloatArray) -> FloatArray:
+    """Of lines fitted to places (n, 4, 3) [m] at times (n,) [s]; (4, 3) [m/s]."""
+    t = t - t.mean()
+    found: FloatArray = np.tensordot(t, keypoints, 1) / float(t @ t)
+    return found
+
+
+def _resting_speeds(t: FloatArray, keypoints: FloatArray) -> FloatArray | None:
+    """Velocities (4, 3) [m/s] of an arm that has been at rest all the time; none: it has not."""
+    # Rates differ: what is known must reach back far enough, and with more samples than the short way.
+    if t[0] > -0.9 * REST_S or len(t) < 3 * _LEAST_SAMPLES:
+        return None
+    speeds = _slopes(t, keypoints)
+    off = keypoints - keypoints.mean(axis=0) - (t - t.mean())[:, None, None] * speeds
+    at_rest = np.linalg.norm(speeds, axis=1).max() <= RESTING_M_S
+    return speeds if at_rest and np.linalg.norm(off, axis=2).max() <= NOISE_M else None
 
 
 @dataclass

@@ -23,16 +23,26 @@ def limb_clearance(
     Args:
         robot: The robot.
         joints: Its angles (n, 7) [rad].
-        person: Keypoints of an arm (n, 4, 3) [m].
-        radii: Of its limbs (3,) [m].
+        person: Keypoints (n, L + 1, 3) [m] of an arm of L limbs.
+        radii: Of its limbs (L,) [m].
+
+    Raises:
+        ValueError: when these do not fit each other.
     """
+    joints = np.array(joints, dtype=float, order="C")
+    arms = np.array(person, dtype=float, order="C")
+    # Compiled code would read past the end of arrays without a word.
+    if joints.ndim != 2 or joints.shape[1] != 7:
+        raise ValueError(f"joints must be (n, 7), not {joints.shape}")
+    wanted = (len(joints), len(radii) + 1, 3)
+    if arms.shape != wanted:
+        raise ValueError(
+            f"{len(joints)} postures and {len(radii)} radii want a person's keypoints as {wanted}, "
+            f"not {arms.shape}"
+        )
     return float(
         _limb_clearance(
-            np.array(joints, dtype=float, order="C"),
-            np.array(person, dtype=float, order="C")[:, None],
-            robot.lengths,
-            robot.capsule_radii,
-            np.array(radii, dtype=float),
+            joints, arms[:, None], robot.lengths, robot.capsule_radii, np.array(radii, dtype=float)
         )
     )
 

@@ -29,8 +29,8 @@ def arm_clearance(
         q: Joint angles (7,) [rad].
         lengths: The robot's lengths (4,) [m], see :mod:`hri_planner.robot.kinematics`.
         robot_radii: (3,) [m].
-        arms: Keypoints (P, 4, 3) [m]; an arm with NaN in its first number is left out.
-        limb_radii: (3,) [m].
+        arms: Keypoints (P, L + 1, 3) [m] of arms of L limbs; one with NaN in its first number is left out.
+        limb_radii: (L,) [m].
         points: Result (4, 3) [m]: shoulder, elbow, wrist and tool of the robot.
 
     Returns:
@@ -41,8 +41,8 @@ def arm_clearance(
     for person in range(arms.shape[0]):
         if math.isnan(arms[person, 0, 0]):
             continue
-        for i in range(3):
-            for j in range(3):
+        for i in range(robot_radii.shape[0]):
+            for j in range(limb_radii.shape[0]):
                 axis = segment_distance(
                     points[i], points[i + 1], arms[person, j], arms[person, j + 1]
                 )
