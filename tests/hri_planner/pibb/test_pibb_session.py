@@ -58,6 +58,7 @@ def snapshot(session: Session) -> dict[str, Any]:
         "order": state.order,
         "costs": copy.deepcopy(state.costs),
         "units": dict(state.units),
+        "late": {name: own.tolist() for name, own in state.late.items()},
         "results": state.results,
         "rng": copy.deepcopy(state.rng),
         "changes": {name: own.tolist() for name, own in state.changes.items()},
@@ -222,6 +223,31 @@ def test_an_update_is_that_of_pi_bb() -> None:
         )  # fmt: skip
         np.testing.assert_allclose(session.state.policy.weights[name], wanted, atol=1e-15)
         assert np.abs(wanted).max() > 0.0
+
+
+@pytest.mark.parametrize("averaged", [1, 2, 3, 8])
+def test_what_is_learnt_is_the_mean_of_the_last_updates(averaged: int) -> None:
+    experiment = EXPERIMENT.with_(improvement=replace(PLAN, averaged=averaged))
+    session = new(4, experiment)
+    finish(session, 6)
+    after = []
+    for update in range(3):
+        state = session.state
+        finish(session, 12)
+        costs = {(r.trial.goal, r.trial.sample): r.cost for r in session.state.results[-12:]}
+        after.append({
+            name: improved(state.policy.weights[name], state.changes[name],
+                           [costs[name, k] for k in range(4)], PLAN.greed)
+            for name in GOALS
+        })  # fmt: skip
+        if update < 2:
+            # What is averaged changes nothing of what is tried.
+            for name in GOALS:
+                own = session.state.policy.weights[name]
+                np.testing.assert_allclose(own, after[-1][name], atol=1e-15)
+    for name in GOALS:
+        wanted = np.mean([own[name] for own in after[-averaged:]], axis=0)
+        np.testing.assert_allclose(session.state.policy.weights[name], wanted, atol=1e-15)
 
 
 def test_costs_are_in_units_of_the_habituation() -> None:

@@ -46,7 +46,13 @@ def experiment(**changes: Any) -> Experiment:
         "targets": {name: [0.8, y, 0.04] for name, (_, y, _) in GOALS.items()},
         "boxes": [{"center": [0.48, -0.17, 0.06], "size": [0.1, 0.3, 0.7]}],
         "duration": 1.0,
-        "improvement": {"updates": 3, "rollouts": 4, "habituation": 2, "exploration": 0.03},
+        "improvement": {
+            "updates": 3,
+            "rollouts": 4,
+            "habituation": 2,
+            "exploration": 0.03,
+            "averaged": 3,
+        },
     }
     return experiment_of({**content, **changes})
 
@@ -95,6 +101,7 @@ def known(session: Session) -> Any:
         bits(state.policy),
         state.update,
         [(name, own.shape, own.tobytes()) for name, own in state.changes.items()],
+        sorted((name, own.shape, own.tobytes()) for name, own in state.late.items()),
         state.order,
         json.dumps(state.costs),
         json.dumps({name: asdict(terms) for name, terms in state.units.items()}),
@@ -113,7 +120,7 @@ def saved(tmp_path: Path) -> Path:
 # ------------------------------------------------------------------ going on
 def test_all_that_a_session_knows_is_saved() -> None:
     # Whoever adds to these must save it, too.
-    names = {"policy", "update", "changes", "order", "costs", "units", "results", "rng"}
+    names = {"policy", "update", "changes", "order", "costs", "units", "results", "rng", "late"}
     assert {own.name for own in fields(State)} == names
     assert {own.name for own in fields(Experiment)} == set(to_mapping(experiment()))
     assert {own.name for own in fields(DmpPolicy)} - {"_back"} == {
@@ -458,6 +465,9 @@ def no(header: dict[str, Any], arrays: dict[str, Any], name: str) -> None:
 CHANGES: dict[str, Callable[[dict[str, Any], dict[str, Any]], object]] = {
     "update = None": lambda header, arrays: no(header, arrays, "update"),
     "no array weights_1": lambda header, arrays: no(header, arrays, "weights_1"),
+    "no array late_1": lambda header, arrays: no(header, arrays, "late_1"),
+    "made_up', late": lambda header, arrays: no(header, arrays, "late_0"),
+    "made_up', late; ": lambda header, arrays: arrays.update(late_2=np.zeros((3, 4))),
     "no array changes_0": lambda header, arrays: no(header, arrays, "changes_0"),
     "no array start": lambda header, arrays: arrays.update(start=np.array(["a", "b", "c"])),
     "start has shape": lambda header, arrays: arrays.update(start=np.zeros(4)),
@@ -465,7 +475,7 @@ CHANGES: dict[str, Callable[[dict[str, Any], dict[str, Any]], object]] = {
     "update = True": lambda header, arrays: header.update(update=True),
     "update = '1'": lambda header, arrays: header.update(update="1"),
     "made_up', update": lambda header, arrays: header.update(update=4),
-    "changed, costs, units": lambda header, arrays: header.update(update=-1),
+    "changed, costs, late, units": lambda header, arrays: header.update(update=-1),
     "made_up', order": lambda header, arrays: header.update(order=[]),
     "order, costs": lambda header, arrays: header.update(
         order=[["b", 4]], costs={"b": [[-1, 0.0]]}

@@ -34,6 +34,9 @@ TABLE = ((0.85, 0.0, -0.03), (0.6, 0.7, 0.02))
 class Improvement:
     """How a policy is improved.
 
+    The last update's policy is what few roll-outs made of the one before; the mean of those of the last
+    updates is what is common to them (Polyak & Juditsky 1992).
+
     Raises:
         ConfigError: when a value is out of range.
     """
@@ -50,10 +53,21 @@ class Improvement:
     )
     decay: float = parameter(0.90, "What is left of it after each update", low=0.1, high=1.0)
     greed: float = parameter(8.0, "h: how much better trials count for more", low=0.0, high=100.0)
+    averaged: int = parameter(
+        1,
+        "What has been learnt is the mean of the policies after so many last updates; 1: the last one",
+        low=1,
+        high=1000,
+    )
 
     def __post_init__(self) -> None:
         """Check the values."""
         validate(self)
+
+    @property
+    def first_averaged(self) -> int:
+        """How many updates there are before those that are averaged."""
+        return max(self.updates - self.averaged, 0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,7 @@ again.
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -66,7 +66,7 @@ class State:
     """All that a session knows.
 
     Attributes:
-        policy: The mean.
+        policy: The mean; when the session is over, that of the last updates.
         update: Present update, from 0.
         changes: Of its samples, by goal (k, 3, n) [m]; the first are zero.
         order: Its trials still to come, or the habituation's: goal and sample.
@@ -74,6 +74,8 @@ class State:
         units: What terms are compared with, by goal; empty in the habituation.
         results: Of all trials.
         rng: State of the generator.
+        late: Sum of the policies' weights after updates that are averaged, by goal (3, n) [m]; empty before
+            the first of them, and when the session is over.
     """
 
     policy: DmpPolicy
@@ -84,6 +86,7 @@ class State:
     units: dict[str, Terms]
     results: tuple[Result, ...]
     rng: dict[str, Any]
+    late: dict[str, FloatArray] = field(default_factory=dict)
 
 
 class Session:
@@ -242,8 +245,14 @@ class Session:
                     [own[sample] for sample in samples],
                     plan.greed,
                 )
-        state = replace(state, policy=replace(policy, weights=weights))
-        return self._anew(state, state.update + 1)
+        update, late = state.update + 1, state.late
+        if update > plan.first_averaged:
+            late = {goal: own + late.get(goal, 0.0) for goal, own in weights.items()}
+        if update == plan.updates:
+            count = update - plan.first_averaged
+            weights, late = {goal: own / count for goal, own in late.items()}, {}
+        state = replace(state, policy=replace(policy, weights=weights), late=late)
+        return self._anew(state, update)
 
     def _anew(self, state: State, update: int) -> State:
         """An update begins: new samples, in a new order; none after the last."""

@@ -94,6 +94,7 @@ def save_session(
     arrays |= {f"goal_{index}": policy.goals[name] for index, name in enumerate(names)}
     arrays |= {f"weights_{index}": policy.weights[name] for index, name in enumerate(names)}
     arrays |= {f"changes_{index}": own for index, own in enumerate(state.changes.values())}
+    arrays |= {f"late_{index}": state.late[name] for index, name in enumerate(names) if state.late}
     arrays = {name: np.asarray(values, dtype=float) for name, values in arrays.items()}
     learnt = learnt_in(session, person=person, seed=seed, commit=commit)
     folder = Path(folder)
@@ -251,6 +252,9 @@ def _session_of(arrays: Mapping[str, Any], header: Mapping[str, Any]) -> Session
         },
         results=tuple(result_of(row) for row in _of(header, "results", list)),
         rng=_checked_rng(_of(header, "rng", dict)),
+        late={name: _array(arrays, f"late_{index}") for index, name in enumerate(names)}
+        if "late_0" in arrays
+        else {},
     )
     _check(experiment, state)
     return Session(experiment, state)
@@ -279,6 +283,12 @@ def _check(experiment: Experiment, state: State) -> None:
             0 <= sample < count and math.isfinite(cost)
             for own in state.costs.values()
             for sample, cost in own.items()
+        ),
+        "late": set(state.late)
+        == (goals if plan.first_averaged < state.update < plan.updates else set())
+        and all(
+            own.shape == weights[goal].shape and bool(np.isfinite(own).all())
+            for goal, own in state.late.items()
         ),
         "units": set(state.units) == (set() if state.update < 0 else goals)
         and all(0.0 < v < np.inf for own in state.units.values() for v in asdict(own).values()),
