@@ -98,6 +98,21 @@ def test_a_whole_experiment(tmp_path: Path, name: str) -> None:
     assert (tmp_path / "trials" / "trials.csv").read_text().count("\n") == 7
 
 
+def test_a_hand_that_keeps_the_robot_off_its_goal_does_not_break_the_trial_off(
+    tmp_path: Path,
+) -> None:
+    """The person has answered, with a hand 16 cm beside the goal: nearer than the filter lets a robot."""
+    experiment = short()
+    beside = np.array((0.15, 0.02, -0.05))
+    targets = {goal: place + beside for goal, place in experiment.goals.items()}
+    with adaptation_graph(options(tmp_path, experiment.with_(targets=targets))) as graph:
+        graph.run_until(after(2, graph), 60.0)
+        status = graph.messages("/adaptation/status")[-1]
+        assert status.aborted == 0
+        for result in adaptation(graph).session.state.results:
+            assert result.clearance > 0.03
+
+
 def test_same_seed_same_trials(tmp_path: Path) -> None:
     said = []
     for _ in range(2):

@@ -57,26 +57,24 @@ def test_at_rest_the_noise_of_motion_capture_is_no_speed(period_ms: int) -> None
             partner = arm.partner(ms * MS)
             fastest = max(fastest, float(np.linalg.norm(partner.speeds, axis=1).max()))
     assert fastest < 0.05
-    assert partner.age == pytest.approx(0.071)
+    assert partner.age <= 0.024 + 1e-9
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_who_sets_out_is_no_faster_than_speed_and_age_allow(seed: int) -> None:
-    """What bounds assume: the speed differs by no more than 4 m/s² since its age; noise comes on top."""
+def test_who_sets_out_is_soon_known_to(seed: int) -> None:
+    """At 4 m/s², as bounds assume: the speed is known as well as that of who has moved for long."""
     rng, arm = np.random.default_rng(seed), TrackedArm()
     way = rng.standard_normal(3)
     way /= np.linalg.norm(way)
-    over = []
-    for ms in range(0, 800, 8):
+    for ms in range(0, 500, 8):
         since = max(ms - 300, 0) / 1000.0
-        place = ARM + 0.5 * 4.0 * since**2 * way
-        arm.add(ms * MS, noisy(rng, place))
-        if ms >= 200:
-            partner = arm.partner(ms * MS)
-            missed = float((4.0 * since * way - partner.velocity) @ way)
-            over.append(missed - 4.0 * partner.age)
-    assert max(over) < 0.25
-    assert np.mean(over) < 0.0
+        arm.add(ms * MS, noisy(rng, ARM + 0.5 * 4.0 * since**2 * way))
+        partner = arm.partner(ms * MS)
+        missed = float((4.0 * since * way - partner.velocity) @ way)
+        if since > 0.08:
+            assert missed < 4.0 * partner.age + 0.3
+        elif ms >= 200:
+            assert missed < 4.0 * 0.08
 
 
 def test_of_a_single_sample_no_speed_is_known() -> None:

@@ -89,6 +89,7 @@ class AdaptationNode(HriNode):
         self._policy: DmpPolicy | None = None
         self._recording: Recording | None = None
         self._aborted = self._in_row = 0
+        self._beside_ns = 0
         self._next_status_ns = 0
         self._enter(IDLE, self.now_ns())
         self._status = self.announce(AdaptationStatus, "adaptation/status", reliable(10))
@@ -203,6 +204,9 @@ class AdaptationNode(HriNode):
                 self._recording.begin(self._requests.begins_ns)
             if self._requests.arrived():
                 self._enter(ANSWERING, now_ns)
+            elif self._kept_beside(now_ns):
+                # The filter keeps it off that hand: it would go to and fro until it is given up.
+                self._requests.end()
         else:
             self._conclude(now_ns)
 
@@ -239,8 +243,19 @@ class AdaptationNode(HriNode):
             self._reason = "a hand moves beside the targets: the trial begins when it rests"
             return
         self._recording = Recording(self._robot, self._targets, self._config)
+        self._beside_ns = now_ns
         self._requests.send(self._policy.goals[trial.goal], self._policy.duration)
         self._enter(MOVING, now_ns)
+
+    def _kept_beside(self, now_ns: int) -> bool:
+        """Whether the robot has been next to its goal for a while, and the person has answered."""
+        assert self._trial is not None
+        assert self._recording is not None
+        goal = self.session.experiment.goals[self._trial.goal]
+        off = float(np.linalg.norm(self._robot.frames(self._heard.q)[3] - goal))
+        if off > self._config.beside or self._recording.answer is None:
+            self._beside_ns = now_ns
+        return now_ns - self._beside_ns > seconds_to_ns(self._config.beside_time)
 
     def _conclude(self, now_ns: int) -> None:
         """Take what the trial cost, once the person has answered."""

@@ -45,7 +45,9 @@ class PolicyRequests:
         self._loading: DmpPolicy | None = None
         self._asked: Any = None
         self._asked_ns = 0
+        self._handle: Any = None
         self._result: Any = None
+        self._ending: Any = None
         self._under_way = False
         self.begins_ns: int | None = None
 
@@ -64,6 +66,8 @@ class PolicyRequests:
         """Whether all has come that is due at this moment."""
         if self._asked is not None:
             return bool(self._asked.done())
+        if self._ending is not None and not self._ending.done():
+            return False
         due = self._result is not None and self.begins_ns and self._stage not in _MOVES
         return not due or bool(self._result.done())
 
@@ -106,14 +110,15 @@ class PolicyRequests:
         position = goal.pose.pose.position
         position.x, position.y, position.z = (float(value) for value in place)
         self.begins_ns, self._under_way = None, True
-        self._result = None
+        self._handle = self._result = self._ending = None
         self._ask(self._reach.send_goal_async(goal))
 
     def arrived(self) -> bool:
-        """Whether the motion that was sent has reached its goal; false: it goes on.
+        """Whether the motion that was sent is over as it should; false: it goes on.
 
         Raises:
-            GraphError: when it ended otherwise, or the policy node is gone.
+            GraphError: when it ended before it reached its goal though nobody asked it to, or the policy
+                node is gone.
         """
         if self._result is None:
             handle = self._answer("policy/reach_target")
@@ -121,20 +126,26 @@ class PolicyRequests:
                 return False
             if not handle.accepted:
                 raise GraphError("policy/reach_target refused the goal")
-            self._result = handle.get_result_async()
+            self._handle, self._result = handle, handle.get_result_async()
         if not self._result.done():
             if not self._reach.server_is_ready():
                 raise GraphError("the policy node is gone")
             return False
         answer, self._result = self._result.result(), None
         self._under_way = False
-        if answer.status != GoalStatus.STATUS_SUCCEEDED:
+        asked = answer.status == GoalStatus.STATUS_CANCELED and self._ending is not None
+        if answer.status != GoalStatus.STATUS_SUCCEEDED and not asked:
             raise GraphError(str(answer.result.reason))
         return True
 
+    def end(self) -> None:
+        """Ask the motion under way to end where it is; asked for once, and not before it was accepted."""
+        if self._ending is None and self._result is not None:
+            self._ending = self._handle.cancel_goal_async()
+
     def forget(self) -> None:
         """What was asked for does not count any more."""
-        self._asked = self._result = self._loaded = None
+        self._asked = self._handle = self._result = self._ending = self._loaded = None
         self._under_way = False
 
     def _ask(self, future: Any) -> None:

@@ -31,8 +31,6 @@ NOISE_M = 0.010
 """At rest a joint seems no farther than that from a line through its samples [m]: 5 sd of 2 mm."""
 RESTING_M_S = 0.05
 """Nor is it faster [m/s]; the noise of so many samples is a tenth of what that of the shorter time is."""
-UNNOTICED_S = 0.071
-"""For so long a motion from rest, 4 m/s² (as bounds assume of people), can stay within the noise [s]."""
 FASTEST_HAND = 6.0
 """No hand is taken to be faster [m/s]."""
 MARKER_M = 0.02
@@ -120,19 +118,18 @@ class TrackedArm:
         """The arm at a time, extrapolated along lines fitted to the newest samples.
 
         It counts as old as the middle of these: the speed that they give is that of then. Of an arm at rest
-        more samples count: noise of a tenth of a metre a second would have the robot step back again and
-        again. It counts as old as a motion may be that has begun unnoticed.
+        more samples give the speed: noise of a tenth of a metre a second would have the robot step back
+        again and again.
         """
         places = self.keypoints[-1]
         t = (np.array(self.times_ns) - self.times_ns[-1]) / NANO
         history = np.array(self.keypoints)
-        speeds = _resting_speeds(t, history)
-        age = UNNOTICED_S
-        if speeds is None:
-            newest = t >= -VELOCITY_S - 1e-9
-            speeds, age = np.zeros((4, 3)), 0.0
-            if int(newest.sum()) >= _LEAST_SAMPLES:
-                speeds, age = _slopes(t[newest], history[newest]), -float(t[newest].mean())
+        speeds, age = np.zeros((4, 3)), 0.0
+        newest = t >= -VELOCITY_S - 1e-9
+        if int(newest.sum()) >= _LEAST_SAMPLES:
+            age = -float(t[newest].mean())
+            at_rest = _resting_speeds(t, history)
+            speeds = _slopes(t[newest], history[newest]) if at_rest is None else at_rest
         now = Partner(places[HAND_TIP], speeds[HAND_TIP], age, joints=places, speeds=speeds)
         return now.later((time_ns - self.times_ns[-1]) / NANO)
 
