@@ -98,19 +98,25 @@ def test_a_whole_experiment(tmp_path: Path, name: str) -> None:
     assert (tmp_path / "trials" / "trials.csv").read_text().count("\n") == 7
 
 
+@pytest.mark.parametrize("away_m", [0.14, 0.16])
 def test_a_hand_that_keeps_the_robot_off_its_goal_does_not_break_the_trial_off(
-    tmp_path: Path,
+    tmp_path: Path, away_m: float
 ) -> None:
-    """The person has answered, with a hand 16 cm beside the goal: nearer than the filter lets a robot."""
+    """The person has answered with a hand beside the goal, nearer than the filter lets a robot come."""
     experiment = short()
-    beside = np.array((0.15, 0.02, -0.05))
+    beside = away_m * np.array((0.95, 0.12, -0.29))
     targets = {goal: place + beside for goal, place in experiment.goals.items()}
     with adaptation_graph(options(tmp_path, experiment.with_(targets=targets))) as graph:
-        graph.run_until(after(2, graph), 60.0)
-        status = graph.messages("/adaptation/status")[-1]
-        assert status.aborted == 0
-        for result in adaptation(graph).session.state.results:
-            assert result.clearance > 0.03
+        node, off = adaptation(graph), []
+        for count in (1, 2):
+            until(graph, AdaptationStatus.ANSWERING)
+            assert node._trial is not None
+            tool = ROBOT.frames(node._heard.q)[3]
+            off.append(float(np.linalg.norm(tool - experiment.goals[node._trial.goal])))
+            graph.run_until(after(count, graph), 10.0)
+        assert max(off) > 0.008
+        assert graph.messages("/adaptation/status")[-1].aborted == 0
+        assert all(r.clearance > 0.03 for r in node.session.state.results)
 
 
 def test_same_seed_same_trials(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hri_planner.dmp.model_file import read_dmp, save_dmp
+from hri_planner.dmp.model_file import load_dmp, read_dmp, save_dmp
 from hri_planner.dmp.policy import DmpPolicy
 from hri_planner.pibb import storage
 from hri_planner.pibb.costs import TERM_NAMES, Terms
@@ -27,6 +27,8 @@ from hri_planner.pibb.storage import (
     POLICY,
     SESSION,
     TRIALS,
+    learnt_in,
+    learnt_policy,
     load_session,
     save_session,
     write_whole,
@@ -154,6 +156,34 @@ def test_broken_off_after_each_trial_it_goes_on_as_if_never(tmp_path: Path) -> N
     assert known(over) == known(whole)
 
 
+def test_what_others_read_is_the_mean_of_the_updates_so_far(tmp_path: Path) -> None:
+    session, rng, after = begun(), np.random.default_rng(99), []
+    while session.next_trial() is not None:
+        before = session.state.policy
+        step(session, rng)
+        if session.state.update > 0 and session.state.policy is not before:
+            after.append(session.state.policy)
+            save_session(tmp_path, session, **PERSON)
+            assert learnt_in(session, **PERSON)["averaged"] == len(after)
+            if len(after) < 3:
+                wanted = np.mean([one.weights["b"] for one in after], axis=0)
+                found = load_dmp(tmp_path / POLICY).weights["b"]
+                np.testing.assert_allclose(found, wanted, atol=1e-15)
+    np.testing.assert_array_equal(
+        load_dmp(tmp_path / POLICY).weights["b"], session.state.policy.weights["b"]
+    )
+
+
+def test_sessions_from_before_averaging_go_on(tmp_path: Path) -> None:
+    plan = {"updates": 3, "rollouts": 4, "habituation": 2, "exploration": 0.03}
+    session = advanced(6 + 12 + 5, improvement=plan)
+    save_session(tmp_path, session, **PERSON)
+    arrays, header = read_npz(tmp_path / SESSION, FORMAT)
+    assert header["experiment"]["improvement"].pop("averaged") == 1
+    write_npz(tmp_path / SESSION, arrays, header)
+    assert known(load_session(tmp_path)[0]) == known(session)
+
+
 def test_an_update_that_was_cut_short_goes_on_too(tmp_path: Path) -> None:
     session = advanced(6 + 9)
     session.update_now()
@@ -218,7 +248,7 @@ def test_the_policy_says_how_it_came_about(tmp_path: Path) -> None:
     session = advanced(6 + 12 + 12 + 5)
     save_session(tmp_path / "new" / "folder", session, **PERSON, commit="v1-3-gabc")
     policy, learnt = read_dmp(tmp_path / "new" / "folder" / POLICY)
-    assert bits(policy) == bits(session.state.policy)
+    assert bits(policy) == bits(learnt_policy(session))
     costs = [
         np.mean([r.cost for r in session.state.results if r.trial.update == update])
         for update in (0, 1)
@@ -229,6 +259,7 @@ def test_the_policy_says_how_it_came_about(tmp_path: Path) -> None:
         "person": "ann",
         "seed": 7,
         "updates": 2,
+        "averaged": 2,
         "trials": 35,
         "costs": costs,
         "cost_first": costs[0],

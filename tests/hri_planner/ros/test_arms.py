@@ -50,31 +50,51 @@ def noisy(rng: np.random.Generator, place: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("period_ms", [4, 8, 10])
 def test_at_rest_the_noise_of_motion_capture_is_no_speed(period_ms: int) -> None:
-    rng, arm, fastest = np.random.default_rng(3), TrackedArm(), 0.0
+    rng, arm, fastest = np.random.default_rng(3), TrackedArm(), []
     for ms in range(0, 4000, period_ms):
         arm.add(ms * MS, noisy(rng, ARM))
         if ms >= 200:
             partner = arm.partner(ms * MS)
-            fastest = max(fastest, float(np.linalg.norm(partner.speeds, axis=1).max()))
-    assert fastest < 0.05
+            fastest.append(np.linalg.norm(partner.speeds, axis=1).max())
+    assert np.quantile(fastest, 0.9) < 0.03
     assert partner.age <= 0.024 + 1e-9
 
 
+@pytest.mark.parametrize("period_ms", [4, 8])
 @pytest.mark.parametrize("seed", range(10))
-def test_who_sets_out_is_soon_known_to(seed: int) -> None:
-    """At 4 m/s², as bounds assume: the speed is known as well as that of who has moved for long."""
+def test_who_sets_out_is_hardly_faster_than_speed_and_age_allow(seed: int, period_ms: int) -> None:
+    """Bounds assume that the speed differs by no more than 4 m/s² since its age; noise comes on top."""
     rng, arm = np.random.default_rng(seed), TrackedArm()
     way = rng.standard_normal(3)
     way /= np.linalg.norm(way)
-    for ms in range(0, 500, 8):
+    over = []
+    for ms in range(0, 500, period_ms):
         since = max(ms - 300, 0) / 1000.0
         arm.add(ms * MS, noisy(rng, ARM + 0.5 * 4.0 * since**2 * way))
-        partner = arm.partner(ms * MS)
-        missed = float((4.0 * since * way - partner.velocity) @ way)
-        if since > 0.08:
-            assert missed < 4.0 * partner.age + 0.3
-        elif ms >= 200:
-            assert missed < 4.0 * 0.08
+        if ms >= 200:
+            partner = arm.partner(ms * MS)
+            missed = float((4.0 * since * way - partner.velocity) @ way)
+            over.append(missed - 4.0 * partner.age)
+    assert max(over) < 0.16
+    assert np.mean(over) < 0.0
+
+
+@pytest.mark.parametrize("period_ms", [33, 60])
+def test_slow_sources_say_speeds_too(period_ms: int) -> None:
+    arm = TrackedArm()
+    for ms in range(0, 600, period_ms):
+        arm.add(ms * MS, at(ms))
+    partner = arm.partner(ms * MS)
+    assert partner.speeds == pytest.approx(np.tile(SPEED, (4, 1)))
+    assert partner.age == pytest.approx(period_ms / 1000.0)
+
+
+def test_after_a_gap_it_goes_on_as_before_it() -> None:
+    arm = tracked()
+    arm.add(144 * MS, at(144))
+    partner = arm.partner(144 * MS)
+    assert partner.speeds == pytest.approx(np.tile(SPEED, (4, 1)))
+    assert partner.age > 0.02
 
 
 def test_of_a_single_sample_no_speed_is_known() -> None:
@@ -82,7 +102,7 @@ def test_of_a_single_sample_no_speed_is_known() -> None:
     arm.add(0, ARM)
     partner = arm.partner(20 * MS)
     assert partner.position == pytest.approx(ARM[HAND])
-    assert partner.age == pytest.approx(0.020)
+    assert partner.age == pytest.approx(0.096 + 0.020)
 
 
 def test_a_joint_that_is_not_seen_goes_along_with_the_hand() -> None:

@@ -34,10 +34,12 @@ class AdaptationConfig(AnswerConfig):
         low=0.5, high=600.0,
     )  # fmt: skip
     beside: float = parameter(
-        0.04, "A robot that a person's hand keeps so far from its goal is there, once the person has "
-        "answered", unit="m", low=0.0, high=0.3,
+        0.06, "A robot that is kept clear of people so near to its goal has arrived, when the person has "
+        "answered; 0: it has to be there", unit="m", low=0.0, high=0.3,
     )  # fmt: skip
-    beside_time: float = parameter(1.5, "And has been for so long", unit="s", low=0.2, high=20.0)
+    beside_time: float = parameter(
+        1.5, "And its motion should have been over for so long", unit="s", low=0.2, high=20.0
+    )
     most_aborted: int = parameter(
         5, "So many trials broken off one after the other end the experiment", low=1, high=1000
     )

@@ -43,6 +43,8 @@ STATUS_NS = 200_000_000
 """Time between two messages of the status when nothing happens [ns]."""
 AT_START_M = 0.006
 """A tool so near to the start is there: policies end their motions within 5 mm [m]."""
+_KEPT_NS = 500_000_000
+"""A filter that has changed nothing for so long does not keep the robot from anywhere [ns]."""
 TRIAL_FILE = "trial.npz"
 """The policy with the present trial's sample, for the policy node."""
 
@@ -89,7 +91,7 @@ class AdaptationNode(HriNode):
         self._policy: DmpPolicy | None = None
         self._recording: Recording | None = None
         self._aborted = self._in_row = 0
-        self._beside_ns = 0
+        self._beside_ns: int | None = None
         self._next_status_ns = 0
         self._enter(IDLE, self.now_ns())
         self._status = self.announce(AdaptationStatus, "adaptation/status", reliable(10))
@@ -243,19 +245,32 @@ class AdaptationNode(HriNode):
             self._reason = "a hand moves beside the targets: the trial begins when it rests"
             return
         self._recording = Recording(self._robot, self._targets, self._config)
-        self._beside_ns = now_ns
+        self._beside_ns = None
         self._requests.send(self._policy.goals[trial.goal], self._policy.duration)
         self._enter(MOVING, now_ns)
 
     def _kept_beside(self, now_ns: int) -> bool:
-        """Whether the robot has been next to its goal for a while, and the person has answered."""
+        """Whether the filter has kept the robot off its goal for a while, and the person has answered."""
         assert self._trial is not None
         assert self._recording is not None
         goal = self.session.experiment.goals[self._trial.goal]
         off = float(np.linalg.norm(self._robot.frames(self._heard.q)[3] - goal))
-        if off > self._config.beside or self._recording.answer is None:
-            self._beside_ns = now_ns
-        return now_ns - self._beside_ns > seconds_to_ns(self._config.beside_time)
+        begun_ns, kept_ns = self._requests.begins_ns, self._requests.kept_ns
+        # Beside people it may go to and fro by centimetres.
+        near = self._config.beside * (1.0 if self._beside_ns is None else 1.5)
+        duration_ns = seconds_to_ns(self.session.state.policy.duration)
+        if (
+            off > near
+            or self._recording.answer is None
+            or begun_ns is None
+            or now_ns < begun_ns + duration_ns
+            or kept_ns is None
+            or now_ns - kept_ns > _KEPT_NS
+        ):
+            self._beside_ns = None
+            return False
+        self._beside_ns = now_ns if self._beside_ns is None else self._beside_ns
+        return now_ns - self._beside_ns >= seconds_to_ns(self._config.beside_time)
 
     def _conclude(self, now_ns: int) -> None:
         """Take what the trial cost, once the person has answered."""

@@ -21,6 +21,7 @@ from hri_prediction.ros.time import NANO, to_ns
 
 ANSWER_S = 5.0
 """So long may the policy node take to answer a request [s]."""
+_ENDED = (ReachTarget.Result.CANCELLED, ReachTarget.Result.BLOCKED)
 _MOVES = (PolicyStatus.MOVING, PolicyStatus.WAITING, PolicyStatus.STOPPING)
 
 
@@ -33,6 +34,8 @@ class PolicyRequests:
 
     Attributes:
         begins_ns: When the first plan of the present motion takes effect [ns]; none so far.
+        kept_ns: When a plan of the present motion was last kept at a distance from people, table or boxes
+            [ns]; none so far.
     """
 
     def __init__(self, node: HriNode, file: Path) -> None:
@@ -50,6 +53,7 @@ class PolicyRequests:
         self._ending: Any = None
         self._under_way = False
         self.begins_ns: int | None = None
+        self.kept_ns: int | None = None
 
     def close(self) -> None:
         """Let the action go."""
@@ -60,6 +64,8 @@ class PolicyRequests:
         begins_ns = to_ns(message.handover)
         if self._under_way and message.stage == PolicyStatus.MOVING and begins_ns:
             self.begins_ns = self.begins_ns or begins_ns
+            if message.filtered:
+                self.kept_ns = self._node.now_ns()
 
     @property
     def settled(self) -> bool:
@@ -109,7 +115,7 @@ class PolicyRequests:
         goal.pose.header.frame_id = WORLD
         position = goal.pose.pose.position
         position.x, position.y, position.z = (float(value) for value in place)
-        self.begins_ns, self._under_way = None, True
+        self.begins_ns, self.kept_ns, self._under_way = None, None, True
         self._handle = self._result = self._ending = None
         self._ask(self._reach.send_goal_async(goal))
 
@@ -133,14 +139,22 @@ class PolicyRequests:
             return False
         answer, self._result = self._result.result(), None
         self._under_way = False
-        asked = answer.status == GoalStatus.STATUS_CANCELED and self._ending is not None
-        if answer.status != GoalStatus.STATUS_SUCCEEDED and not asked:
+        # Who was asked to end may have given up a moment before.
+        ended = self._ending is not None and answer.result.outcome in _ENDED
+        if answer.status != GoalStatus.STATUS_SUCCEEDED and not ended:
             raise GraphError(str(answer.result.reason))
         return True
 
     def end(self) -> None:
-        """Ask the motion under way to end where it is; asked for once, and not before it was accepted."""
-        if self._ending is None and self._result is not None:
+        """Ask the motion under way to end where it is; again if that was refused."""
+        if self._result is None or self._result.done():
+            return
+        refused = (
+            self._ending is not None
+            and self._ending.done()
+            and not self._ending.result().goals_canceling
+        )
+        if self._ending is None or refused:
             self._ending = self._handle.cancel_goal_async()
 
     def forget(self) -> None:

@@ -16,7 +16,7 @@ import math
 import os
 import reprlib
 from collections.abc import Callable, Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -96,12 +96,13 @@ def save_session(
     arrays |= {f"changes_{index}": own for index, own in enumerate(state.changes.values())}
     arrays |= {f"late_{index}": state.late[name] for index, name in enumerate(names) if state.late}
     arrays = {name: np.asarray(values, dtype=float) for name, values in arrays.items()}
+    best = learnt_policy(session)
     learnt = learnt_in(session, person=person, seed=seed, commit=commit)
     folder = Path(folder)
     write_whole(
         {
             folder / TRIALS: lambda path: _write_rows(path, rows),
-            folder / POLICY: lambda path: save_dmp(path, policy, learnt),
+            folder / POLICY: lambda path: save_dmp(path, best, learnt),
             folder / SESSION: lambda path: write_npz(path, arrays, header),
         }
     )
@@ -129,13 +130,23 @@ def load_session(folder: Path) -> tuple[Session, dict[str, Any]]:
     return session, header
 
 
-def learnt_in(session: Session, *, person: str, seed: int, commit: str = "") -> dict[str, Any]:
-    """How a session's mean policy came about, for the header of its file.
+def learnt_policy(session: Session) -> DmpPolicy:
+    """What has been learnt so far: the mean of the policies that are averaged, or the present one."""
+    state, plan = session.state, session.experiment.improvement
+    if not state.late:
+        return state.policy
+    count = state.update - plan.first_averaged
+    return replace(state.policy, weights={goal: own / count for goal, own in state.late.items()})
 
-    ``costs`` are the means over all trials of each update that is over; the first and the last of them
-    have names of their own, and are none before the first update.
+
+def learnt_in(session: Session, *, person: str, seed: int, commit: str = "") -> dict[str, Any]:
+    """How what a session has learnt came about, for the header of its file.
+
+    ``costs`` are the means over all trials of each update that is over, explored ones included; the first
+    and the last of them have names of their own, and are none before the first update. ``averaged`` says
+    of how many updates the policy is the mean.
     """
-    state = session.state
+    state, plan = session.state, session.experiment.improvement
     by_update: dict[int, list[float]] = {}
     for result in state.results:
         if 0 <= result.trial.update < state.update:
@@ -146,6 +157,7 @@ def learnt_in(session: Session, *, person: str, seed: int, commit: str = "") -> 
         "person": person,
         "seed": int(seed),
         "updates": int(max(state.update, 0)),
+        "averaged": int(max(state.update - plan.first_averaged, min(state.update, 1), 0)),
         "trials": len(state.results),
         "costs": costs,
         "cost_first": costs[0] if costs else None,

@@ -29,8 +29,8 @@ REST_S = 0.192
 """An arm that has been at rest for so long is taken to rest [s]: samples of so long give its velocity."""
 NOISE_M = 0.010
 """At rest a joint seems no farther than that from a line through its samples [m]: 5 sd of 2 mm."""
-RESTING_M_S = 0.05
-"""Nor is it faster [m/s]; the noise of so many samples is a tenth of what that of the shorter time is."""
+RESTING_M_S = 0.025
+"""Nor is it faster [m/s]: more would hide one that sets out, less is noise of so many samples."""
 FASTEST_HAND = 6.0
 """No hand is taken to be faster [m/s]."""
 MARKER_M = 0.02
@@ -117,16 +117,21 @@ class TrackedArm:
     def partner(self, time_ns: int) -> Partner:
         """The arm at a time, extrapolated along lines fitted to the newest samples.
 
-        It counts as old as the middle of these: the speed that they give is that of then. Of an arm at rest
-        more samples give the speed: noise of a tenth of a metre a second would have the robot step back
-        again and again.
+        It counts as old as the middle of these: the speed that they give is that of then. When too few are
+        that new, older ones count too; of a single one, half of the longest time is its age.
+
+        Of an arm at rest more samples give the speed: noise of a tenth of a metre a second would have the
+        robot step back again and again. One that sets out at 4 m/s² is known as well as any other 80 ms
+        later; till then it may be 0.15 m/s faster than age and bounds allow for, noise included, where it
+        would else be 0.1.
         """
         places = self.keypoints[-1]
         t = (np.array(self.times_ns) - self.times_ns[-1]) / NANO
         history = np.array(self.keypoints)
-        speeds, age = np.zeros((4, 3)), 0.0
+        speeds, age = np.zeros((4, 3)), 0.5 * REST_S
         newest = t >= -VELOCITY_S - 1e-9
-        if int(newest.sum()) >= _LEAST_SAMPLES:
+        newest[-_LEAST_SAMPLES:] = True
+        if len(t) > 1:
             age = -float(t[newest].mean())
             at_rest = _resting_speeds(t, history)
             speeds = _slopes(t[newest], history[newest]) if at_rest is None else at_rest

@@ -25,7 +25,7 @@ from hri_planner.pibb.experiment import (
 from hri_planner.pibb.library import PolicyLibrary
 from hri_planner.pibb.names import check_name
 from hri_planner.pibb.session import Session
-from hri_planner.pibb.storage import POLICY, learnt_in
+from hri_planner.pibb.storage import POLICY, learnt_in, learnt_policy
 from hri_planner.pibb.storage import TRIALS as TABLE
 from hri_planner.policy.model_file import find_any
 from hri_planner.robot.model import load_robot
@@ -256,8 +256,11 @@ def _changed(
         with naming("--weights", weights):
             content["weights"] = _read(weights)
             experiment = experiment_of(content)
+    shipped = experiment.improvement
     given = {"updates": updates, "rollouts": rollouts, "habituation": habituation}
-    plan = {**asdict(experiment.improvement), **{k: v for k, v in given.items() if v is not None}}
+    plan = {**asdict(shipped), **{k: v for k, v in given.items() if v is not None}}
+    # Of fewer updates fewer are averaged: those in which little is learnt any more.
+    plan["averaged"] = max(round(shipped.averaged * plan["updates"] / shipped.updates), 1)
     return experiment.with_(improvement=from_mapping(type(experiment.improvement), plan))
 
 
@@ -316,7 +319,7 @@ def _conclude(
         learnt = learnt_in(
             session, person=person, seed=seed, commit=str(results_origin()["commit"])
         )
-        kept = library.add(session.state.policy, person, name, learnt, replace=True)
+        kept = library.add(learnt_policy(session), person, name, learnt, replace=True)
     print_session(console, session)
     for what, path in {
         "trials": folder / TRIALS / TABLE,

@@ -134,7 +134,8 @@ def lines(found: Mapping[str, Any]) -> list[str]:
             done,
         ),
         f"Judged by trials without exploration, {first['readings'] // first['goals']} of each goal with "
-        "the first policy and as many with the last: the same person in the same moods. *Improved*: J_pred "
+        "the first policy and as many with the last, the mean of those after the last updates where the "
+        "experiment says so: the same person in the same moods. *Improved*: J_pred "
         f"at least {least} lower, and errors not higher. In brackets: 95 % intervals over people, shares "
         "by Wilson, means by a bootstrap. Contacts and nearest: in all trials, of learning and of judging, "
         "of any link of the robot with a person, an obstacle or the table. Where a key is pressed the "
