@@ -132,8 +132,8 @@ def check_same(
             f"{folder} holds trials with "
             + ", ".join(f"{name} {held!r}" for name, (held, _) in different.items()),
             expected=", ".join(f"{name} {asked!r}" for name, (_, asked) in different.items()),
-            hint="choose another folder, or what these trials began with: of a run, --experiment with the "
-            "experiment.yaml that lies beside them",
+            hint="choose another folder, or what these trials began with: after a run in real time, "
+            "--experiment with its run_1/experiment.yaml",
         )
 
 
