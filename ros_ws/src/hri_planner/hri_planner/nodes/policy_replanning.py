@@ -69,7 +69,9 @@ class PolicyReplanning:
         floor = None
         if config.table_center:
             center, size = config.table
-            floor = floor_over(np.array((center, 0.5 * np.array(size))), robot)
+            floor = floor_over(
+                np.array((center, 0.5 * np.array(size))), robot, policy_config.table_margin
+            )
         self._config = config
         self._inputs = inputs
         self._goal: FloatArray | None = None

@@ -55,6 +55,9 @@ class PolicyConfig:
     box_margin: float = parameter(
         0.02, "Distance of all links from boxes that is kept", unit="m", low=0.0, high=0.5
     )
+    table_margin: float = parameter(
+        0.01, "Distance of all links from the table that is kept", unit="m", low=0.0, high=0.5
+    )
     link_reach: float = parameter(
         0.12, "Distance of people within which upper and lower arm of the robot give way to them, so far "
         "as the tool's motion lets them; 0: never", unit="m", low=0.0, high=0.5,

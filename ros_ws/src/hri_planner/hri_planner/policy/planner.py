@@ -358,9 +358,15 @@ class PolicyPlanner:
         return JointPlan(np.append(times, times[-1] + later), *knots)
 
 
-def floor_over(table: FloatArray, robot: RobotModel) -> float:
-    """Height that the tool's axis stays above [m], over a table of centre and half the size (2, 3) [m]."""
-    return float(table[0, 2] + table[1, 2] + robot.capsule_radii[2])
+def floor_over(table: FloatArray, robot: RobotModel, margin: float) -> float:
+    """Height that the tool's axis stays above [m].
+
+    Args:
+        table: Centre and half the size (2, 3) [m].
+        robot: Whose tool it is.
+        margin: Distance of the tool's surface that is kept [m].
+    """
+    return float(table[0, 2] + table[1, 2] + robot.capsule_radii[2] + margin)
 
 
 def limits_of(

@@ -100,7 +100,7 @@ class Bench:
     ) -> None:
         self.robot, self.experiment = robot, experiment
         self.config = experiment.planner(config or PolicyConfig())
-        floor = floor_over(experiment.table, robot)
+        floor = floor_over(experiment.table, robot, self.config.table_margin)
         self._limits = limits_of(robot, self.config, floor=floor, boxes=experiment.boxes)
 
     def run(self, policy: DmpPolicy, goal: str, participant: Participant) -> TrialRecord:
