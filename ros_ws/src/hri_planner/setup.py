@@ -36,6 +36,7 @@ setup(
             "adaptation = hri_planner.nodes.adaptation_node:main",
             "policy = hri_planner.nodes.policy_node:main",
             "ptomp = hri_planner.nodes.ptomp_node:main",
+            "separation_monitor = hri_planner.nodes.separation_monitor_node:main",
         ]
     },
 )

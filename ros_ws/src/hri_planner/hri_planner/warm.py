@@ -17,6 +17,9 @@ from hri_planner.policy.tool_velocity import ToolVelocity, ToolVelocityConfig
 from hri_planner.ptomp import HumanForecast, PtompConfig, PtompPlanner, TableBox
 from hri_planner.ptomp.costs import CostModel
 from hri_planner.robot import load_robot
+from hri_planner.separation.config import BodyConfig, ProtectiveDistanceConfig, ReleaseConfig
+from hri_planner.separation.monitor import RobotState, SeparationMonitor
+from hri_planner.separation.track import ArmWatch
 from hri_prediction.geometry import capsule_distances
 
 
@@ -56,3 +59,16 @@ def warm_kernels() -> None:
     tool = robot.frames(start)[3]
     runner.set_out(tool, goal, 0.0)
     runner.move(runner.begin(tool), goal, [partner], start, np.zeros(7), 1, inverse)
+    warm_separation()
+
+
+def warm_separation() -> None:
+    """Compile the kernels of the separation monitor."""
+    robot, release = load_robot(), ReleaseConfig()
+    monitor = SeparationMonitor(robot, ProtectiveDistanceConfig(), BodyConfig(), release)
+    watch = ArmWatch("right", release)
+    arm = np.array([[0.8, 0.0, 0.4], [0.7, 0.0, 0.1], [0.5, 0.0, 0.1], [0.4, 0.0, 0.1]])
+    arm.setflags(write=False)  # as samples of messages are
+    watch.add(1, arm)
+    still = RobotState(np.zeros(7), np.zeros(7), 0.0, 1.0)
+    monitor.decide(1, still, {"person": watch.at(1)})

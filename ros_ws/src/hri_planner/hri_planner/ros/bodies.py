@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Protocol
 
 from rclpy.qos import QoSProfile
 
-from hri_planner.ros.inputs import Inputs, RobotInputs
+from hri_planner.ros.inputs import Inputs
 from hri_prediction.arm.body_id import valid_body_id
 from hri_prediction.errors import DataError
 from hri_prediction.ros.messages import HumanPrediction, IdsList
 from hri_prediction.ros.node import HriNode
 from hri_prediction.ros.qos import reliable
+
+
+class Followed(Protocol):
+    """What is told who is tracked, and whom to forget."""
+
+    tracked: tuple[str, ...] | None
+
+    def forget_body(self, body_id: str) -> None:
+        """Drop what is known of a body."""
 
 
 class BodyTopics(ABC):
@@ -28,7 +37,7 @@ class BodyTopics(ABC):
     message: ClassVar[type]
     qos: ClassVar[QoSProfile]
 
-    def __init__(self, node: HriNode, inputs: RobotInputs) -> None:
+    def __init__(self, node: HriNode, inputs: Followed) -> None:
         self._node, self._tracked = node, inputs
         self._topics: dict[str, str] = {}
 

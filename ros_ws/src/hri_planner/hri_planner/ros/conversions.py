@@ -82,6 +82,18 @@ def trajectory_message(
     return message
 
 
+def end_message(plan: JointPlan, joint_names: tuple[str, ...]) -> JointTrajectory:
+    """Trajectory from now on to the end of a plan, to rest there: one point, so that none need follow."""
+    seconds, nanoseconds = divmod(round(float(plan.time_s[-1] - plan.time_s[0]) * 1e9), NANO)
+    rest = JointTrajectoryPoint(
+        positions=flat(plan.q[-1]),
+        velocities=[0.0] * len(joint_names),
+        accelerations=[0.0] * len(joint_names),
+        time_from_start=Duration(sec=seconds, nanosec=nanoseconds),
+    )
+    return JointTrajectory(joint_names=list(joint_names), points=[rest])
+
+
 def joints_from_message(
     message: JointState, joint_names: tuple[str, ...]
 ) -> tuple[FloatArray, FloatArray]:

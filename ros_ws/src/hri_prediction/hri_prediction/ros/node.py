@@ -15,12 +15,10 @@ import inspect
 import signal
 import sys
 import time
-from collections import deque
 from collections.abc import Callable
 from typing import Any
 
 import rclpy
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
 from rclpy.context import Context
 from rclpy.executors import ExternalShutdownException
@@ -29,20 +27,16 @@ from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
-from std_msgs.msg import Header
 
 from hri_prediction.compiled import compiled_variants
 from hri_prediction.errors import ConfigError, HriError
+from hri_prediction.flow import Flow
+from hri_prediction.ros.diagnostics import ERROR, OK, WARN, Diagnostics
 from hri_prediction.ros.inbox import Handler, Inbox
+from hri_prediction.ros.qos import LATCHED
 from hri_prediction.ros.readiness import ready_line
-from hri_prediction.ros.time import NANO, to_ns, to_time
+from hri_prediction.ros.time import NANO, to_ns
 
-OK, WARN, ERROR, STALE = (
-    DiagnosticStatus.OK,
-    DiagnosticStatus.WARN,
-    DiagnosticStatus.ERROR,
-    DiagnosticStatus.STALE,
-)
 STANDSTILL = "was not run for"
 """What a node's health says of a machine that did not run it."""
 STANDSTILL_S = 0.25
@@ -104,15 +98,15 @@ class HriNode(Node):
         self.topic_changes = 0
         self.withdrawn: dict[str, int] = {}
         self._lockstep_now_ns = lockstep_ns or 0
-        self._tick_ms: deque[float] = deque(maxlen=1000)
+        # Added to the wall clock for the node's time at a receipt: asking a ROS clock takes 3 µs.
+        self._ahead_ns = 0
         self._worked_s = 0.0
-        self._overruns = 0
         # Compiled kernels at the first tick: none may be added afterwards.
         self._variants: dict[str, int] | None = None
         self._next_diagnostics_ns = 0
-        self._faults: dict[str, tuple[int, str]] = {}
-        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self._diagnostics = Diagnostics(self, self._inbox.dropped)
         self._timer: Any = None
+        self.ticks_on_own_clock = True
         if period_s > 0:
             self.set_period(period_s)
 
@@ -124,6 +118,7 @@ class HriNode(Node):
             clock: Clock of the timer; the node's own when not given.
         """
         self.period_s = period_s
+        self.ticks_on_own_clock = clock is None
         if self._timer is not None:
             self.destroy_timer(self._timer)
         if not self.lockstep:
@@ -135,6 +130,10 @@ class HriNode(Node):
         if self.lockstep:
             return self._lockstep_now_ns
         return int(self.get_clock().now().nanoseconds)
+
+    def _receipt_ns(self) -> int:
+        """The node's time when a message comes: since the last tick, the wall clock has counted it."""
+        return self._lockstep_now_ns if self.lockstep else time.time_ns() + self._ahead_ns
 
     # ---------------------------------------------------------------- topics
     def announce(self, message_type: Any, topic: str, qos: QoSProfile) -> CountedPublisher:
@@ -174,10 +173,15 @@ class HriNode(Node):
         self.received[resolved] = 0
         keep = self._inbox.open(resolved, qos.depth, handler)
         stamped = not command and "header" in message_type.get_fields_and_field_types()
+        flow = Flow(delays=stamped and qos.durability != LATCHED.durability)
+        self._diagnostics.listened(resolved, flow, qos.reliability)
+        note, receipt_ns, received = flow.note, self._receipt_ns, self.received
 
         def store(message: Any) -> None:
-            if keep(to_ns(message.header.stamp) if stamped else sys.maxsize, message):
-                self.received[resolved] += 1
+            stamp_ns = to_ns(message.header.stamp) if stamped else 0
+            if keep(stamp_ns if stamped else sys.maxsize, message):
+                received[resolved] += 1
+                note(receipt_ns(), stamp_ns)
 
         self._subscribed[resolved] = self.create_subscription(message_type, topic, store, qos)
         self.topic_changes += 1
@@ -187,6 +191,7 @@ class HriNode(Node):
         resolved = self.resolve_topic_name(topic)
         del self.received[resolved]
         self._inbox.close(resolved)
+        self._diagnostics.ignored(resolved)
         self.topic_changes += 1
         self.destroy_subscription(self._subscribed.pop(resolved))
 
@@ -217,15 +222,13 @@ class HriNode(Node):
         self._notice_standstill(start)
         self._inbox.hand_over()
         now = self.now_ns()
+        self._ahead_ns = now - time.time_ns()
         self.on_tick(now)
         self._worked_s = time.perf_counter()
-        elapsed = self._worked_s - start
-        self._tick_ms.append(elapsed * 1e3)
-        if self.period_s > 0 and elapsed > self.period_s:
-            self._overruns += 1
+        self._diagnostics.ticked(self._worked_s - start, self.period_s)
         if now >= self._next_diagnostics_ns:
             self._next_diagnostics_ns = now + NANO
-            self._publish_diagnostics(now)
+            self._diagnostics.tell(now)
         elif self._next_diagnostics_ns - now > 2 * NANO:  # the clock went back
             self._next_diagnostics_ns = now
 
@@ -257,9 +260,7 @@ class HriNode(Node):
     # ---------------------------------------------------------------- health
     def fault(self, key: str, text: str, level: bytes = WARN) -> None:
         """Note a fault: said in the log when it is new, on /diagnostics for five seconds."""
-        known = key in self._faults
-        self._faults[key] = (self.now_ns() + 5 * NANO, text)
-        if not known:
+        if self._diagnostics.fault(key, text, level):
             if level == ERROR:  # two calls: rclpy refuses another severity from the same one
                 self.get_logger().error(text)
             else:
@@ -268,7 +269,7 @@ class HriNode(Node):
     @property
     def faults(self) -> tuple[str, ...]:
         """Texts of the faults of the last seconds, one a kind, the newest of each."""
-        return tuple(text for _, text in self._faults.values())
+        return self._diagnostics.faults
 
     def compiled_late(self) -> list[str]:
         """Kernels that were compiled (or loaded) after the first tick, while the graph waited."""
@@ -280,33 +281,6 @@ class HriNode(Node):
     def health(self) -> tuple[bytes, str, dict[str, Any]]:
         """Level, summary and figures for /diagnostics; nodes extend it."""
         return OK, "running", {}
-
-    def _publish_diagnostics(self, now_ns: int) -> None:
-        level, summary, figures = self.health()
-        self._faults = {k: v for k, v in self._faults.items() if v[0] > now_ns}
-        if self._faults and level == OK:
-            level, summary = WARN, "; ".join(self.faults)
-        ordered = sorted(self._tick_ms)
-        if ordered:
-            figures["tick_ms_p50"] = f"{ordered[len(ordered) // 2]:.3f}"
-            figures["tick_ms_p99"] = f"{ordered[int(len(ordered) * 0.99)]:.3f}"
-        figures["tick_overruns"] = self._overruns
-        figures["compiled_late"] = ", ".join(self.compiled_late())
-        for topic, count in self.received.items():
-            figures[f"received {topic}"] = count
-        for topic, count in self._inbox.dropped.items():
-            figures[f"dropped {topic}"] = count
-        for topic, publisher in self.publishers_by_topic.items():
-            figures[f"sent {topic}"] = publisher.sent
-        status = DiagnosticStatus(
-            level=level,
-            name=self.get_fully_qualified_name(),
-            hardware_id=self.get_name(),
-            message=summary,
-            values=[KeyValue(key=key, value=str(value)) for key, value in figures.items()],
-        )
-        header = Header(stamp=to_time(now_ns))
-        self._diagnostics.publish(DiagnosticArray(header=header, status=[status]))
 
 
 def run_node(make: Callable[[], HriNode], args: list[str] | None = None) -> int:

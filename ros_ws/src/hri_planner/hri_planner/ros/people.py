@@ -1,0 +1,190 @@
+"""People as the separation monitor knows them: where arms were seen last, and what is predicted of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hri_planner.ros.bodies import BodyTopics
+from hri_planner.ros.conversions import forecast_from_message
+from hri_planner.separation.config import BOTH, ReleaseConfig
+from hri_planner.separation.monitor import ArmPrediction
+from hri_planner.separation.parts import SeenArm
+from hri_planner.separation.track import ArmWatch
+from hri_prediction.arm.geometry import KEYPOINTS, SIDES
+from hri_prediction.errors import DataError
+from hri_prediction.ros.conversions import sample_from_message
+from hri_prediction.ros.messages import HumanArm, HumanPrediction
+from hri_prediction.ros.node import HriNode
+from hri_prediction.ros.qos import SENSOR, reliable
+from hri_prediction.ros.time import NANO, to_ns
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass
+class People:
+    """What was heard of people.
+
+    Attributes:
+        config: How old samples may be, and what is doubted.
+        measures: Whether speeds are wanted.
+        tracked: Who is tracked; none while nobody has said so.
+    """
+
+    config: ReleaseConfig
+    measures: bool = True
+    tracked: tuple[str, ...] | None = None
+    _watches: dict[str, dict[str, ArmWatch]] = field(default_factory=dict)
+    _predictions: dict[str, HumanPrediction] = field(default_factory=dict)
+    _left: list[tuple[int, str, list[ArmWatch]]] = field(default_factory=list)
+    _now_ns: int = 0
+
+    def take_arm(self, message: HumanArm, now_ns: int) -> None:
+        """Take a sample.
+
+        Raises:
+            DataError: when it cannot be used, and the arm stays where it was and grows old; or when it is
+                taken, but the arm jumps.
+        """
+        sample = sample_from_message(message)
+        ahead = (sample.stamp_ns - now_ns) / NANO
+        if ahead > self.config.max_future:
+            raise DataError(
+                f"a sample of {message.body_id} is stamped {ahead:.3f} s in the future",
+                hint="are the clocks of capture and of this machine the same?",
+            )
+        arms = self._watches.setdefault(message.body_id, {})
+        watch = arms.setdefault(sample.side, ArmWatch(sample.side, self.config, self.measures))
+        jumps = watch.jumps
+        watch.add(sample.stamp_ns, sample.keypoints)
+        if watch.jumps != jumps:
+            raise DataError(
+                f"the {sample.side} arm of {message.body_id} jumps",
+                expected=f"points slower than {self.config.plausible_speed:g} m/s",
+                hint="swapped markers, or two sources of one body: it is reckoned with in both places "
+                "for a while",
+            )
+
+    def take_prediction(self, message: HumanPrediction, radii: FloatArray) -> None:
+        """Take what is predicted of a body's arm; an invalid prediction is none.
+
+        Raises:
+            DataError: when it cannot be used; then there is none.
+        """
+        self._predictions.pop(message.body_id, None)
+        if message.state != HumanPrediction.INVALID:
+            forecast_from_message(message, 0, radii)  # checks it
+            self._predictions[message.body_id] = message
+
+    def forget_body(self, body_id: str) -> None:
+        """A body is no longer listed; where it was is reckoned with a while longer."""
+        until_ns = self._now_ns + round(self.config.leaving_time * NANO)
+        watches = list(self._watches.pop(body_id, {}).values())
+        self._left.append((until_ns, body_id, watches))
+        self._predictions.pop(body_id, None)
+
+    def forget(self) -> None:
+        """Drop all that was seen, because its stamps mean nothing any more."""
+        self._watches.clear()
+        self._left.clear()
+        self._predictions.clear()
+
+    @property
+    def jumps(self) -> int:
+        """Of all arms that are known."""
+        return sum(watch.jumps for arms in self._watches.values() for watch in arms.values())
+
+    def trouble(self, now_ns: int) -> str:
+        """Why nobody knows where people are; empty when that is known."""
+        if self.tracked is None:
+            return "nothing says who is tracked" if self.config.require_tracking else ""
+        for body_id in self.tracked:
+            arms = self._watches.get(body_id, {})
+            if not arms:
+                return f"no arm of {body_id} yet"
+            unheard = [side for side in SIDES if side not in arms]
+            if unheard and self.config.arms == BOTH:
+                return f"the {unheard[0]} arm of {body_id} was never seen (arms:=seen does without)"
+            for side, watch in arms.items():
+                if watch.newest_ns is None or watch.missing:
+                    unseen = " and ".join(KEYPOINTS[k].replace("_", " ") for k in watch.missing)
+                    return f"the {unseen} of {body_id}'s {side} arm was never seen"
+                age = (now_ns - watch.newest_ns) / NANO
+                if age > self.config.max_sample_age:
+                    return f"the {side} arm of {body_id} was last seen {_ago(age)}"
+        return ""
+
+    def arms(self, now_ns: int) -> dict[str, list[SeenArm]]:
+        """The arms of everybody who is tracked, or was until a while ago, by body id."""
+        self._now_ns = now_ns
+        found = {
+            body_id: [arm for watch in self._watches[body_id].values() for arm in watch.at(now_ns)]
+            for body_id in self.tracked or ()
+            if body_id in self._watches
+        }
+        self._left = [left for left in self._left if left[0] >= now_ns]
+        for _, body_id, watches in self._left:
+            gone = [arm.doubted() for watch in watches for arm in watch.at(now_ns)]
+            if gone:
+                found.setdefault(body_id, []).extend(gone)
+        return found
+
+    def predictions(self, now_ns: int) -> Mapping[tuple[str, str], ArmPrediction]:
+        """What is predicted, by body id and side; of a dead predictor nothing."""
+        found = {}
+        for body_id, message in self._predictions.items():
+            count = len(message.times)
+            age = (now_ns - to_ns(message.header.stamp)) / NANO
+            if not -self.config.max_future <= age <= self.config.max_prediction_age:
+                continue
+            found[body_id, message.side] = ArmPrediction(
+                age,
+                np.asarray(message.times, dtype=float),
+                np.asarray(message.mean, dtype=float).reshape(count, 4, 3),
+                np.asarray(message.covariance, dtype=float).reshape(count, 4, 3, 3),
+            )
+        return found
+
+
+def _ago(seconds: float) -> str:
+    """How long ago, coarsely enough to be the same text for a while."""
+    return f"{math.floor(seconds * 10.0) / 10.0:.1f} s ago" if seconds >= 0.1 else "just before"
+
+
+class WatchedArms(BodyTopics):
+    """Arms of tracked bodies, as motion capture says."""
+
+    what, message, qos = "arm", HumanArm, SENSOR
+
+    def __init__(self, node: HriNode, people: People) -> None:
+        super().__init__(node, people)
+        self._people = people
+
+    def take_one(self, body_id: str, message: HumanArm) -> None:
+        """Take a sample."""
+        self._people.take_arm(message, self._node.now_ns())
+
+
+class WatchedPredictions(BodyTopics):
+    """Predictions of tracked bodies.
+
+    Args:
+        node: Subscribes.
+        people: Get the predictions.
+        radii: Of upper arm, forearm and hand (3,) [m].
+    """
+
+    what, message, qos = "prediction", HumanPrediction, reliable(1)
+
+    def __init__(self, node: HriNode, people: People, radii: FloatArray) -> None:
+        super().__init__(node, people)
+        self._people, self._radii = people, radii
+
+    def take_one(self, body_id: str, message: HumanPrediction) -> None:
+        """Take a prediction."""
+        self._people.take_prediction(message, self._radii)

@@ -1,0 +1,221 @@
+"""The protective distance of a part of the robot and one of a person, and what speed it allows: compiled.
+
+Everything is measured along one direction, from the nearest point of the person's part to the nearest of
+the robot's. As parts are convex, there is a plane across that direction between them with all of the gap
+in front of the robot's; as long as neither crosses its side of the gap they cannot touch, wherever else
+they move. What moves farthest along a direction is one of the ends of a segment, so that ends are all
+that is looked at.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from hri_prediction.compiled import njit
+
+ASSUMED_MODE, MEASURED_MODE, PREDICTED_MODE = 0, 1, 2
+
+# Places of the terms in a row of results.
+S_H, S_R, S_S, ROBOT_SPEED, HUMAN_SPEED = 0, 1, 2, 3, 4
+TERMS = 5
+
+# Places in the vector of parameters.
+(
+    REACTION, STOPPING, SETTLING, ROBOT_ACCELERATION, START_SPEED, FIXED, HUMAN_ACCELERATION,
+    SPEED_ERROR, SIGMAS, EVASION, CONTACT_SPEED,
+) = range(11)  # fmt: skip
+PARAMETERS = 11
+
+SLOWEST_SEEN = 0.1
+"""At a lower rate the robot's speed says too little of what it would be at full rate."""
+AWAY = -0.02
+"""A part that is faster than that away from somebody evades them [m/s]."""
+_HALVINGS = 10  # of the allowed scale: to a thousandth
+
+
+@njit
+def robot_travel(toward: float, rate: float, scale: float, par: Any, terms: Any) -> float:
+    """How far a part comes towards the person if it is stopped a reaction time from now: S_r + S_s.
+
+    Args:
+        toward: Speed of its faster end towards the person now [m/s].
+        rate: The least rate behind that speed, 0...1: the arm follows late.
+        scale: Rate that it is given.
+        par: Parameters.
+        terms: Gets S_r, S_s and the speed at that rate.
+    """
+    speed = toward * scale / rate if rate >= SLOWEST_SEEN else max(toward, par[START_SPEED] * scale)
+    grown = par[ROBOT_ACCELERATION]
+    reaction, stop = par[REACTION], par[STOPPING] * scale
+    at_stop = max(speed + grown * reaction, 0.0)
+    # The rate falls linearly; what the path gains meanwhile falls with it.
+    terms[S_R] = max(speed * reaction + 0.5 * grown * reaction * reaction, 0.0)
+    terms[S_S] = at_stop * (0.5 * stop + par[SETTLING]) + grown * stop * stop / 6.0
+    terms[ROBOT_SPEED] = speed
+    return terms[S_R] + terms[S_S]
+
+
+@njit
+def human_travel(
+    seconds: float,
+    ends: Any,
+    ages: Any,
+    speeds: Any,
+    half_window: float,
+    fastest: float,
+    mode: int,
+    outward: Any,
+    times: Any,
+    mean: Any,
+    covariance: Any,
+    ahead: Any,
+    par: Any,
+    terms: Any,
+) -> float:
+    """How far a part comes towards the robot until it rests: S_h.
+
+    Args:
+        seconds: From now until the robot rests [s].
+        ends: Of the part, as seen last (2, 3) [m].
+        ages: How long ago that was (2,) [s].
+        speeds: Their velocities as measured (2, 3) [m/s]; NaN where they are not known.
+        half_window: How much older than the places the velocities are [s].
+        fastest: Speed that is assumed [m/s].
+        mode: ASSUMED_MODE and so on.
+        outward: Unit vector towards the robot (3,).
+        times: Of the predicted instants, from its newest sample on (k,) [s].
+        mean: Predicted places of the ends (2, k, 3) [m].
+        covariance: Of these (2, k, 3, 3) [m²].
+        ahead: How much older than the ends' samples the prediction's is (2,) [s].
+        par: Parameters.
+        terms: Gets S_h and the mean speed behind it.
+    """
+    farthest, speed = 0.0, 0.0
+    for end in range(2):
+        span = seconds + ages[end]
+        way = fastest * span
+        directed = par[SPEED_ERROR]
+        for k in range(3):
+            directed += speeds[end, k] * outward[k]
+        if mode == MEASURED_MODE:
+            # The measured speed is that of the middle of the window.
+            gained = par[HUMAN_ACCELERATION] * span * (half_window + 0.5 * span)
+            if not math.isnan(directed):  # too few samples for a speed
+                way = min(way, max(directed * span + gained, 0.0))
+        elif mode == PREDICTED_MODE and not math.isnan(directed):
+            # Whatever is predicted, they go on at least as they are seen to.
+            predicted = _predicted(
+                span + ahead[end], ends[end], outward, times, mean[end], covariance[end], par
+            )
+            way = min(way, max(predicted, directed * span, 0.0))
+        if math.isnan(way):
+            terms[S_H] = terms[HUMAN_SPEED] = math.nan
+            return math.nan
+        if way > farthest:
+            farthest = way
+            speed = way / span if span > 0.0 else 0.0
+    terms[S_H], terms[HUMAN_SPEED] = farthest, speed
+    return farthest
+
+
+@njit
+def _predicted(
+    horizon: float, place: Any, outward: Any, times: Any, mean: Any, covariance: Any, par: Any
+) -> float:
+    """How far a place is predicted to come within a time, with the spread that is reckoned with [m]."""
+    farthest = 0.0
+    for index in range(len(times)):
+        way, spread = 0.0, 0.0
+        for k in range(3):
+            way += (mean[index, k] - place[k]) * outward[k]
+            for m in range(3):
+                spread += outward[k] * covariance[index, k, m] * outward[m]
+        farthest = max(farthest, way + par[SIGMAS] * math.sqrt(max(spread, 0.0)))
+        if times[index] >= horizon:
+            return farthest
+    return np.inf  # it does not reach that far
+
+
+@njit
+def allowed_scale(
+    distance: float,
+    toward: float,
+    rate: float,
+    ends: Any,
+    ages: Any,
+    speeds: Any,
+    half_window: float,
+    fastest: float,
+    mode: int,
+    outward: Any,
+    times: Any,
+    mean: Any,
+    covariance: Any,
+    ahead: Any,
+    par: Any,
+    terms: Any,
+) -> float:
+    """Largest rate for which the protective distance is no more than the distance; 0 when there is none.
+
+    Each rate is judged as if the robot had it already. While it slows down to it, the person comes
+    nearer, and the allowed rate falls on; but never as fast as the robot can slow down, since the
+    protective distance falls with the rate by at least what both come nearer during that much of the ramp.
+
+    The arguments are those of :func:`robot_travel` and :func:`human_travel`.
+    """
+    if math.isnan(distance) or math.isnan(toward) or math.isnan(rate):
+        return 0.0
+    if par[EVASION] > 0.0 and toward < AWAY:
+        return 1.0
+    low, high = 0.0, 1.0
+    scale = 1.0
+    for halving in range(_HALVINGS + 1):
+        seconds = par[REACTION] + par[STOPPING] * scale + par[SETTLING]
+        needed = (
+            robot_travel(toward, rate, scale, par, terms)
+            + human_travel(
+                seconds, ends, ages, speeds, half_window, fastest, mode, outward, times, mean, covariance,
+                ahead, par, terms,
+            )
+            + par[FIXED]
+        )  # fmt: skip
+        if needed <= distance:
+            if halving == 0:
+                return 1.0
+            low = scale
+        else:
+            high = scale
+        scale = 0.5 * (low + high)
+    return low
+
+
+@njit
+def harmless_scale(speed: float, rate: float, par: Any) -> float:
+    """Largest rate at which no point of the robot gets faster than is harmless before it is seen again.
+
+    A slow robot may be about to become fast: until a change of the rate has its effect, its points gain
+    speed, the more the higher the rate is.
+
+    Args:
+        speed: Of the fastest point now [m/s].
+        rate: The least rate behind that speed, 0...1: the arm follows late.
+        par: Parameters.
+    """
+    contact = par[CONTACT_SPEED]
+    if not contact > 0.0 or math.isnan(speed) or math.isnan(rate):
+        return 0.0
+    full = speed / rate if rate >= SLOWEST_SEEN else max(speed, par[START_SPEED])
+    low, high, scale = 0.0, 1.0, 1.0
+    for halving in range(_HALVINGS + 1):
+        seconds = par[REACTION] + 0.5 * par[STOPPING] * scale
+        if scale * (full + par[ROBOT_ACCELERATION] * scale * seconds) <= contact:
+            if halving == 0:
+                return 1.0
+            low = scale
+        else:
+            high = scale
+        scale = 0.5 * (low + high)
+    return low

@@ -1,0 +1,298 @@
+"""One person meets the robot, whose speed the monitor scales: physics, motion capture, delays."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hri_planner.robot.model import RobotModel
+from hri_planner.separation.config import (
+    ASSUMED,
+    PREDICTED,
+    BodyConfig,
+    ProtectiveDistanceConfig,
+    ReleaseConfig,
+)
+from hri_planner.separation.monitor import RobotState, SeparationMonitor, State
+from hri_planner.separation.parts import SeenArm
+from hri_planner.separation.track import ArmWatch
+from hri_prediction.arm.geometry import SIDES, arm_capsules
+from hri_prediction.geometry.segments import capsule_distances
+from hri_sim.separation.forecasts import Forecasts
+from hri_sim.separation.intents import Chasing, Intent, Reaching, Walking
+from hri_sim.separation.robot_motion import draw_posture, motion_to
+from hri_sim.separation.visitor import Visitor, draw_figure
+from hri_sim.simulator.simulation import Simulation
+
+FloatArray = NDArray[np.float64]
+
+PERIOD_S = 0.004
+"""Of capture and joint states [s]."""
+DECIDING = 2
+"""Of so many of them the monitor decides once."""
+COMMAND_TIMEOUT_S = 0.1
+REST_M_S = 0.01
+"""A robot of which no point is faster is at rest [m/s]."""
+NEAR_M = 0.3
+"""Nearer, distances are looked at twice a period [m]."""
+LEANING_S = 0.2
+"""An encounter is over when somebody has touched a resting robot for so long [s]."""
+VISITOR = "visitor"
+"""Body id of the person."""
+KINDS = ("walking", "reaching", "chasing")
+_MILLI = 1_000_000
+
+
+@dataclass(frozen=True)
+class Capture:
+    """What motion capture makes of a person.
+
+    Attributes:
+        noise: Standard deviation of each coordinate [m].
+        most: Longest error of a place; longer ones are cut [m].
+        delay: From capture to the monitor, shortest and longest [s].
+        gaps: Mean time between gaps [s]; a gap takes up to 60 ms.
+    """
+
+    noise: float = 0.003
+    most: float = 0.01
+    delay: tuple[float, float] = (0.004, 0.020)
+    gaps: float = 1.0
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What encounters have in common.
+
+    Attributes:
+        distance: Of the monitor.
+        body: Of the monitor.
+        release: Of the monitor.
+        capture: Of motion capture.
+        monitored: Whether the monitor has a say; without, the robot goes at full speed.
+        duration: Longest [s].
+    """
+
+    distance: ProtectiveDistanceConfig = field(default_factory=ProtectiveDistanceConfig)
+    body: BodyConfig = field(default_factory=BodyConfig)
+    release: ReleaseConfig = field(default_factory=ReleaseConfig)
+    capture: Capture = field(default_factory=Capture)
+    monitored: bool = True
+    duration: float = 3.0
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """What came of an encounter.
+
+    Attributes:
+        kind: What the person wanted, one of :data:`KINDS`.
+        seed: Of the encounter.
+        closest_moving: Smallest distance of the surfaces while the robot moved [m].
+        fastest_touch: Speed of the robot's fastest point when they touched [m/s]; 0: they did not, or it
+            rested.
+        closest: Smallest distance of all [m].
+        stops: How often the robot was stopped.
+        stopped_s: How long it was at a stop [s].
+        slowed_s: How long it was slowed [s].
+        duration_s: Of the encounter [s].
+    """
+
+    kind: str
+    seed: int
+    closest_moving: float
+    fastest_touch: float
+    closest: float
+    stops: int
+    stopped_s: float
+    slowed_s: float
+    duration_s: float
+
+    @property
+    def touched(self) -> bool:
+        """Whether the person was touched by a robot that moved."""
+        return self.closest_moving <= 0.0
+
+
+def draw_visit(
+    kind: str, rng: np.random.Generator, distance: ProtectiveDistanceConfig
+) -> tuple[Visitor, Intent]:
+    """A person and what they want, somewhere about the robot."""
+    figure = draw_figure(rng)
+    around = rng.uniform(-np.pi, np.pi) if kind == "walking" else rng.normal(0.0, 0.8)
+    away = rng.uniform(0.75, 1.1) if kind == "reaching" else rng.uniform(1.2, 2.0)
+    place = away * np.array([np.cos(around), np.sin(around)])
+    toward = np.array([0.3, 0.0]) + rng.normal(0.0, 0.25, 2) - place
+    yaw = float(np.arctan2(toward[1], toward[0]))
+    visitor = Visitor(figure, place, yaw, distance.arm_speed, distance.body_speed)
+    if kind == "walking":
+        velocity = rng.uniform(0.3, distance.body_speed) * toward / np.linalg.norm(toward)
+        return visitor, Walking(velocity, rng.uniform(0.0, 2.0 * np.pi))
+    hand = int(rng.integers(2))
+    if kind == "reaching":
+        aside = rng.normal(0.0, 0.08, 3)
+        return visitor, Reaching(hand, rng.uniform(0.4, 1.2), rng.uniform(0.0, 0.5), aside)
+    return visitor, Chasing(hand, rng.uniform(0.0, 1.0))
+
+
+class Encounter:
+    """A person meets the robot.
+
+    Args:
+        simulation: With nobody in it; is reset.
+        kind: What the person wants, one of :data:`KINDS`.
+        settings: Of monitor and capture.
+        seed: Of everything random.
+    """
+
+    def __init__(self, simulation: Simulation, kind: str, settings: Settings, seed: int) -> None:
+        self._simulation, self._kind, self._settings, self._seed = simulation, kind, settings, seed
+        self._rng = rng = np.random.default_rng([seed, KINDS.index(kind)])
+        self._robot: RobotModel = simulation.robot
+        simulation.reset(q=draw_posture(self._robot, rng))
+        self._goal = simulation.q.copy()
+        self._visitor, self._intent = draw_visit(kind, rng, settings.distance)
+        self._monitor = SeparationMonitor(
+            self._robot, settings.distance, settings.body, settings.release
+        )
+        human = settings.distance.human
+        self._watches = [ArmWatch(side, settings.release, human != ASSUMED) for side in SIDES]
+        self._forecasts: Forecasts | None = None
+        if human == PREDICTED:
+            self._forecasts = Forecasts(VISITOR, settings.release.max_prediction_age)
+        self._samples: deque[tuple[int, int, FloatArray]] = deque()
+        self._gap_until_ns = 0
+        self._commands: deque[tuple[int, float]] = deque()
+        self._joints: RobotState | None = None
+
+    def run(self) -> Meeting:
+        """Until time is up."""
+        simulation, settings = self._simulation, self._settings
+        ticks = round(settings.duration / PERIOD_S)
+        steps = round(PERIOD_S * 1e3)
+        closest = closest_moving = np.inf
+        touch, stops, stopped, slowed = 0.0, 0, 0, 0
+        before = State.STOPPED
+        gap, over = np.inf, 0
+        ended = 0
+        state = State.STOPPED if settings.monitored else State.FREE
+        for tick in range(ticks):
+            ended += 1
+            now_ns = simulation.time_ns
+            self._move_person(now_ns)
+            self._capture(now_ns)
+            if settings.monitored and tick % DECIDING == 0:
+                state = self._monitor_tick(now_ns)
+            self._measure_joints()
+            stops += state == State.STOPPED and before != State.STOPPED
+            stopped += state == State.STOPPED
+            slowed += state == State.SLOWED
+            before = state
+            if not simulation.controller.active:
+                self._next_motion(now_ns)
+            looks = 2 if gap < NEAR_M else 1
+            for _ in range(looks):
+                for _ in range(steps // looks):
+                    self._deliver(simulation.time_ns)
+                    simulation.step(1)
+                gap, speed = self._look()
+                closest = min(closest, gap)
+                if speed > REST_M_S:
+                    closest_moving = min(closest_moving, gap)
+                    if gap <= 0.0:
+                        touch = max(touch, speed)
+            if gap <= 0.0 and speed <= REST_M_S:
+                over += 1  # whoever leans on a robot that rests does so on and on
+                if over * PERIOD_S > LEANING_S:
+                    break
+            else:
+                over = 0
+        return Meeting(
+            self._kind,
+            self._seed,
+            closest_moving,
+            touch,
+            closest,
+            stops,
+            stopped * PERIOD_S,
+            slowed * PERIOD_S,
+            ended * PERIOD_S,
+        )
+
+    def _move_person(self, now_ns: int) -> None:
+        robot = self._robot.frames(self._simulation.q)
+        walking, hands = self._intent.velocities(self._visitor, robot, now_ns * 1e-9)
+        self._visitor.step(walking, hands, PERIOD_S)
+
+    def _capture(self, now_ns: int) -> None:
+        """One sample of both arms is on its way, unless there is a gap."""
+        capture, rng = self._settings.capture, self._rng
+        if rng.random() < PERIOD_S / capture.gaps:
+            self._gap_until_ns = now_ns + round(rng.uniform(0.0, 0.06) * 1e9)
+        if now_ns < self._gap_until_ns:
+            return
+        error = rng.normal(0.0, capture.noise, (2, 4, 3))
+        length = np.linalg.norm(error, axis=-1, keepdims=True)
+        error *= np.minimum(1.0, capture.most / np.maximum(length, 1e-12))
+        arrives = now_ns + round(rng.uniform(*capture.delay) * 1e9)
+        self._samples.append((arrives, now_ns, self._visitor.shape.arms + error))
+
+    def _monitor_tick(self, now_ns: int) -> State:
+        while self._samples and self._samples[0][0] <= now_ns:
+            _, stamp_ns, arms = self._samples.popleft()
+            for watch, arm in zip(self._watches, arms, strict=True):
+                watch.add(stamp_ns, arm)
+            if self._forecasts is not None:
+                self._forecasts.take(stamp_ns, arms)
+        release = self._settings.release
+        trouble = ""
+        seen: list[SeenArm] = []
+        for watch in self._watches:
+            if watch.newest_ns is None:
+                trouble = "not seen yet"
+            elif now_ns - watch.newest_ns > release.max_sample_age * 1e9:
+                trouble = "not seen for too long"
+            seen += watch.at(now_ns)
+        said = {} if self._forecasts is None else self._forecasts.at(now_ns)
+        verdict = self._monitor.decide(now_ns, self._joints, {VISITOR: seen}, said, trouble=trouble)
+        # What is commanded now gets there within 8 ms.
+        arrives = now_ns + int(self._rng.integers(2, 9)) * _MILLI
+        self._commands.append((arrives, verdict.scale))
+        return verdict.state
+
+    def _measure_joints(self) -> None:
+        """What the joints are now is known a period later."""
+        simulation = self._simulation
+        controller = simulation.controller
+        rate = controller.scale if controller.active else 0.0
+        self._joints = RobotState(simulation.q.copy(), simulation.qd.copy(), PERIOD_S, rate)
+
+    def _deliver(self, now_ns: int) -> None:
+        chain = self._simulation.controller.chain
+        if not self._settings.monitored:
+            chain.command(1.0, now_ns)
+        while self._commands and self._commands[0][0] <= now_ns:
+            chain.command(self._commands.popleft()[1], now_ns)
+
+    def _next_motion(self, now_ns: int) -> None:
+        start = self._goal
+        self._goal = draw_posture(self._robot, self._rng)
+        speed = self._rng.uniform(0.2, 1.5)
+        stamp_ns = now_ns + 30 * _MILLI
+        self._simulation.controller.accept(
+            motion_to(self._robot, start, self._goal, speed, stamp_ns)
+        )
+
+    def _look(self) -> tuple[float, float]:
+        """True distance of the surfaces [m], and speed of the robot's fastest point [m/s]."""
+        q, qd = self._simulation.q, self._simulation.qd
+        capsules = self._robot.robot_capsules(q)
+        shape, figure = self._visitor.shape, self._visitor.figure
+        axes = np.concatenate((arm_capsules(shape.arms).reshape(6, 2, 3), shape.body))
+        radii = np.concatenate((figure.arm_radii, figure.arm_radii, shape.radii))
+        gap = float(capsule_distances(capsules, self._robot.capsule_radii, axes, radii).min())
+        ahead = self._robot.frames(q + 1e-4 * qd) - self._robot.frames(q)
+        return gap, float(np.linalg.norm(ahead, axis=-1).max()) * 1e4

@@ -1,0 +1,186 @@
+"""A whole simulated person who walks and reaches where the robot is: two arms, trunk and head.
+
+Nobody is faster than is set, whatever they want: each step is cut down until no point of an arm, and
+none of trunk and head, goes farther than its speed allows.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hri_sim.people.arm import ArmModel
+
+FloatArray = NDArray[np.float64]
+
+FLOOR_M = -0.75
+"""Height of the floor on which people stand: the robot's base is on a table of usual height [m]."""
+_CUTS = 6
+_TO_MODEL = np.array([[-1.0, 1.0, 1.0], [-1.0, -1.0, 1.0]])
+_SWIVEL = np.full(2, 0.25)
+
+
+@dataclass(frozen=True)
+class Figure:
+    """Sizes of a person.
+
+    Attributes:
+        shoulder_height: Above the floor [m].
+        shoulder_breadth: From joint to joint [m].
+        upper_arm: [m].
+        forearm: [m].
+        hand: [m].
+        trunk_radius: [m].
+        trunk_length: Shoulders to hips [m].
+        lean: Of the trunk forwards [rad].
+        head: Middle of the head before and above the shoulders (2,) [m].
+        head_radius: [m].
+        arm_radii: Of upper arm, forearm and hand [m].
+    """
+
+    shoulder_height: float
+    shoulder_breadth: float
+    upper_arm: float
+    forearm: float
+    hand: float
+    trunk_radius: float
+    trunk_length: float
+    lean: float
+    head: tuple[float, float]
+    head_radius: float
+    arm_radii: tuple[float, float, float] = (0.05, 0.04, 0.05)
+
+
+def draw_figure(rng: np.random.Generator) -> Figure:
+    """Somebody between a small woman and a tall man."""
+    tall = rng.uniform(1.5, 1.95)
+    return Figure(
+        shoulder_height=0.82 * tall,
+        shoulder_breadth=rng.uniform(0.33, 0.43),
+        upper_arm=0.172 * tall,
+        forearm=0.157 * tall,
+        hand=0.09 * tall,
+        trunk_radius=rng.uniform(0.10, 0.15),
+        trunk_length=rng.uniform(0.45, 0.55),
+        lean=np.radians(rng.uniform(-5.0, 25.0)),
+        head=(rng.uniform(0.0, 0.12), rng.uniform(0.15, 0.25)),
+        head_radius=rng.uniform(0.10, 0.12),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """Where a person is.
+
+    Attributes:
+        arms: Shoulder, elbow, wrist, hand tip of left and right arm (2, 4, 3) [m].
+        body: Axes of trunk and head (n, 2, 3) [m].
+        radii: Of the body's axes (n,) [m].
+    """
+
+    arms: FloatArray
+    body: FloatArray
+    radii: FloatArray
+
+
+class Visitor:
+    """A person who moves.
+
+    Args:
+        figure: Sizes.
+        place: Where they stand (2,) [m].
+        yaw: Which way they look; 0 is along +x [rad].
+        arm_speed: Fastest that any point of an arm is [m/s].
+        body_speed: Fastest that any point of trunk and head is [m/s].
+    """
+
+    def __init__(
+        self, figure: Figure, place: FloatArray, yaw: float, arm_speed: float, body_speed: float
+    ) -> None:
+        self.figure, self.yaw = figure, yaw
+        self._arm_speed, self._body_speed = arm_speed, body_speed
+        # Both arms at once: the left one is the mirror image of a right one.
+        lengths = (figure.upper_arm, figure.forearm, figure.hand)
+        self._model = ArmModel("right", (0.0, 0.0, 0.0), *lengths)
+        self._reach = self._model.reach
+        # Aside, for right below the shoulder the elbow would turn over at once.
+        left, right = (np.array([0.1, aside, -0.85 * self._reach[1]]) for aside in (0.18, -0.18))
+        self._state = np.concatenate((place, left, right))
+        self.shape = self._pose(self._state, yaw)
+
+    @property
+    def place(self) -> FloatArray:
+        """Where they stand (2,) [m]."""
+        return self._state[:2].copy()
+
+    @property
+    def hands(self) -> FloatArray:
+        """Left and right hand tip, seen from their shoulders, in the frame of the person (2, 3) [m]."""
+        return self._state[2:].reshape(2, 3).copy()
+
+    @property
+    def heading(self) -> FloatArray:
+        """Rotation from the person's frame (forward, left, up) to the world's (3, 3)."""
+        c, s = np.cos(self.yaw), np.sin(self.yaw)
+        return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+    def step(self, walking: FloatArray, hands: FloatArray, dt: float) -> None:
+        """Go on for a while, as far as speeds allow.
+
+        Args:
+            walking: Wanted velocity over the floor (2,) [m/s].
+            hands: Wanted velocities of left and right hand, in the frame of the person (2, 3) [m/s].
+            dt: For how long [s].
+        """
+        if not self._go(np.concatenate((walking, hands.ravel())) * dt, dt):
+            # An elbow that would turn over holds up the hands, not the feet.
+            self._go(np.concatenate((walking, np.zeros(6))) * dt, dt)
+
+    def _go(self, wanted: FloatArray, dt: float) -> bool:
+        """Take a step as far as speeds allow; whether there was one."""
+        share = 1.0
+        for _ in range(_CUTS):
+            state = self._state + share * wanted
+            state[2:] = self._within_reach(state[2:].reshape(2, 3)).ravel()
+            shape = self._pose(state, self.yaw)
+            arms = np.linalg.norm(shape.arms - self.shape.arms, axis=-1).max()
+            body = np.linalg.norm(shape.body - self.shape.body, axis=-1).max()
+            if arms <= self._arm_speed * dt and body <= self._body_speed * dt:
+                self._state, self.shape = state, shape
+                return True
+            share *= 0.98 * min(
+                self._arm_speed * dt / max(arms, 1e-12),
+                self._body_speed * dt / max(body, 1e-12),
+                1.0,
+            )
+        return False
+
+    def _within_reach(self, hands: FloatArray) -> FloatArray:
+        low, high = self._reach
+        distance = np.linalg.norm(hands, axis=1, keepdims=True)
+        return hands * np.clip(distance, 1.02 * low, 0.98 * high) / np.maximum(distance, 1e-9)
+
+    def _pose(self, state: FloatArray, yaw: float) -> Shape:
+        figure = self.figure
+        c, s = np.cos(yaw), np.sin(yaw)
+        turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        middle = np.array([state[0], state[1], FLOOR_M + figure.shoulder_height])
+        half = 0.5 * figure.shoulder_breadth
+        # The arm model looks along -x, with the right arm on the side of +y.
+        hands = state[2:].reshape(2, 3) * _TO_MODEL
+        points = self._model.posture(hands, _SWIVEL) * _TO_MODEL[:, None]
+        points[:, :, 1] += np.array([[half], [-half]])
+        arms = middle + points @ turn.T
+        behind = figure.trunk_length * np.array([-np.sin(figure.lean), 0.0, -np.cos(figure.lean)])
+        inner = max(half - figure.trunk_radius, 0.0)
+        axes = []
+        for aside in (-inner, 0.0, inner):
+            top = np.array([0.0, aside, 0.0])
+            axes.append(np.stack((top, top + behind)))
+        head = np.array([figure.head[0], 0.0, figure.head[1]])
+        axes.append(np.stack((head, head)))
+        body = middle + np.array(axes) @ turn.T
+        radii = np.array([*([figure.trunk_radius] * 3), figure.head_radius])
+        return Shape(arms, body, radii)

@@ -1,0 +1,175 @@
+"""The protective distance: its terms against integration, and the speed that it allows."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hri_planner.separation import travel
+from hri_planner.separation.config import ProtectiveDistanceConfig
+from hri_planner.separation.monitor import parameter_vector
+from hri_planner.warm import warm_separation
+from hri_prediction.errors import ConfigError
+
+CONFIG = ProtectiveDistanceConfig()
+PAR = parameter_vector(CONFIG)
+NOTHING = (np.full(1, -np.inf), np.zeros((2, 1, 3)), np.zeros((2, 1, 3, 3)), np.zeros(2))
+warm_separation()  # hypothesis takes the compiler's time for that of a test
+ALONG_X = np.array([1.0, 0.0, 0.0])
+
+
+def person(
+    mode: int = travel.ASSUMED_MODE,
+    age: float = 0.01,
+    speed: float = math.nan,
+    fastest: float = 2.0,
+    outward: np.ndarray = ALONG_X,
+    prediction: tuple = NOTHING,
+) -> tuple:
+    """Arguments of a part whose ends are at the origin."""
+    speeds = np.full((2, 3), math.nan) if math.isnan(speed) else np.tile(speed * ALONG_X, (2, 1))
+    return (
+        np.zeros((2, 3)),
+        np.full(2, age),
+        speeds,
+        0.024,
+        fastest,
+        mode,
+        outward,
+        *prediction,
+    )
+
+
+def needed(scale: float, rate: float, toward: float, who: tuple) -> float:
+    terms = np.empty(travel.TERMS)
+    seconds = CONFIG.reaction_time + CONFIG.stopping_time * scale + CONFIG.settling_time
+    robot = travel.robot_travel(toward, rate, scale, PAR, terms)
+    return robot + travel.human_travel(seconds, *who, PAR, terms) + PAR[travel.FIXED]
+
+
+@pytest.mark.parametrize("scale", [0.2, 0.6, 1.0])
+@pytest.mark.parametrize("toward", [-0.5, 0.0, 0.7])
+def test_the_robot_stops_within_its_terms(scale: float, toward: float) -> None:
+    """Against a step by step account of the worst: it speeds up till the stop, and along the ramp."""
+    terms = np.empty(travel.TERMS)
+    total = travel.robot_travel(toward, 1.0, scale, PAR, terms)
+    dt, way, time, path = 1e-5, 0.0, 0.0, toward * scale
+    stop = CONFIG.stopping_time * scale
+    while time < CONFIG.reaction_time + stop:
+        path += CONFIG.robot_acceleration * dt
+        share = 1.0 if time < CONFIG.reaction_time else 1.0 - (time - CONFIG.reaction_time) / stop
+        way += path * share * dt
+        time += dt
+    assert way <= total + 1e-4
+    if toward > 0.0:
+        assert total <= way + toward * scale * CONFIG.settling_time + 0.02
+    assert terms[travel.S_R] >= 0.0
+    assert terms[travel.S_S] >= 0.0
+
+
+def test_an_assumed_person_comes_at_the_speed_of_the_standard() -> None:
+    terms = np.empty(travel.TERMS)
+    assert travel.human_travel(0.13, *person(age=0.02), PAR, terms) == pytest.approx(2.0 * 0.15)
+    assert terms[travel.HUMAN_SPEED] == pytest.approx(2.0)
+
+
+@given(
+    speed=st.floats(-3.0, 3.0),
+    age=st.floats(0.0, 0.1),
+    seconds=st.floats(0.0, 0.3),
+)
+def test_a_measured_person_comes_no_farther_than_an_assumed_one(
+    speed: float, age: float, seconds: float
+) -> None:
+    terms = np.empty(travel.TERMS)
+    measured = person(travel.MEASURED_MODE, age, speed)
+    way = travel.human_travel(seconds, *measured, PAR, terms)
+    assert 0.0 <= way <= travel.human_travel(seconds, *person(age=age), PAR, terms) + 1e-12
+    span = seconds + age
+    # Whoever has that speed in the middle of the window and then accelerates as is reckoned with.
+    worst = speed * span + CONFIG.human_acceleration * span * (0.024 + 0.5 * span)
+    assert way >= min(worst, 2.0 * span) - 1e-12
+
+
+def test_a_speed_that_is_not_known_is_the_assumed_one() -> None:
+    terms = np.empty(travel.TERMS)
+    unknown = travel.human_travel(0.1, *person(travel.MEASURED_MODE), PAR, terms)
+    assert unknown == pytest.approx(2.0 * 0.11)
+
+
+def prediction(speed: float, sigma: float, last: float, older: float = 0.0) -> tuple:
+    """Both ends go along x at a speed from the origin."""
+    times = np.linspace(0.0, last, 11)
+    mean = np.zeros((2, 11, 3))
+    mean[:, :, 0] = speed * times
+    covariance = np.tile(sigma**2 * np.eye(3), (2, 11, 1, 1))
+    return times, mean, covariance, np.full(2, older)
+
+
+def test_a_predicted_person_comes_as_far_as_predicted() -> None:
+    terms = np.empty(travel.TERMS)
+    who = person(travel.PREDICTED_MODE, 0.0, 0.0, prediction=prediction(0.5, 0.01, 1.0))
+    way = travel.human_travel(0.2, *who, PAR, terms)
+    assert way == pytest.approx(0.5 * 0.2 + 3.0 * 0.01)
+    # Of an older prediction, later instants count.
+    who = person(travel.PREDICTED_MODE, 0.0, 0.0, prediction=prediction(0.5, 0.01, 1.0, 0.1))
+    assert travel.human_travel(0.2, *who, PAR, terms) == pytest.approx(0.5 * 0.3 + 3.0 * 0.01)
+
+
+def test_a_prediction_that_ends_too_early_says_nothing() -> None:
+    terms = np.empty(travel.TERMS)
+    who = person(travel.PREDICTED_MODE, 0.0, 0.0, prediction=prediction(0.1, 0.0, 0.1))
+    assert travel.human_travel(0.2, *who, PAR, terms) == pytest.approx(2.0 * 0.2)
+
+
+def test_whoever_is_seen_to_come_is_not_predicted_to_rest() -> None:
+    """A wrong prediction, or one of a dead predictor, never lets a hand come nearer than it is seen to."""
+    terms = np.empty(travel.TERMS)
+    resting = prediction(0.0, 0.001, 1.0)
+    coming = person(travel.PREDICTED_MODE, 0.0, 1.5, prediction=resting)
+    way = travel.human_travel(0.2, *coming, PAR, terms)
+    assert way == pytest.approx((1.5 + CONFIG.speed_error) * 0.2)
+    # One whose speed is not known yet counts as assumed.
+    unknown = person(travel.PREDICTED_MODE, 0.0, prediction=resting)
+    assert travel.human_travel(0.2, *unknown, PAR, terms) == pytest.approx(2.0 * 0.2)
+
+
+@given(
+    distance=st.floats(-0.5, 2.0),
+    toward=st.floats(-2.0, 2.0),
+    rate=st.floats(0.0, 1.0),
+    mode=st.sampled_from([travel.ASSUMED_MODE, travel.MEASURED_MODE]),
+    speed=st.floats(-2.0, 2.0),
+)
+def test_the_allowed_speed_keeps_the_protective_distance(
+    distance: float, toward: float, rate: float, mode: int, speed: float
+) -> None:
+    who = person(mode, 0.01, speed)
+    terms = np.empty(travel.TERMS)
+    scale = travel.allowed_scale(distance, toward, rate, *who, PAR, terms)
+    assert 0.0 <= scale <= 1.0
+    if scale > 0.0:
+        assert needed(scale, rate, toward, who) <= distance
+    if scale < 1.0:
+        assert needed(min(scale + 0.002, 1.0), rate, toward, who) > distance
+    # More room never means less speed.
+    assert travel.allowed_scale(distance + 0.05, toward, rate, *who, PAR, terms) >= scale
+
+
+@pytest.mark.parametrize("place", range(4))
+def test_nan_allows_nothing(place: int) -> None:
+    terms = np.empty(travel.TERMS)
+    values = [1.0, 0.1, 1.0]
+    who = list(person())
+    if place < 3:
+        values[place] = math.nan
+    else:
+        who[1] = np.full(2, math.nan)
+    assert travel.allowed_scale(*values, *who, PAR, terms) == 0.0
+
+
+def test_a_mode_that_is_none_is_refused() -> None:
+    with pytest.raises(ConfigError, match="assumed, measured, predicted"):
+        ProtectiveDistanceConfig(human="guessed")

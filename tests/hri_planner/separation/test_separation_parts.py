@@ -1,0 +1,127 @@
+"""What people are made of, and how motion capture is followed."""
+
+import numpy as np
+import pytest
+
+from hri_planner.separation.config import BodyConfig, ReleaseConfig
+from hri_planner.separation.parts import parts_of
+from hri_planner.separation.track import ArmWatch
+from hri_prediction.errors import DataError
+
+RELEASE = ReleaseConfig()
+ARM = np.array([[0.9, 0.2, 0.4], [0.85, 0.2, 0.12], [0.6, 0.2, 0.1], [0.5, 0.2, 0.1]])
+MS = 1_000_000
+
+
+def watch(*samples: tuple[int, np.ndarray], side: str = "right") -> ArmWatch:
+    made = ArmWatch(side, RELEASE)
+    for stamp_ms, keypoints in samples:
+        made.add(stamp_ms * MS, keypoints)
+    return made
+
+
+def test_an_arm_is_where_it_was_seen_and_grows_old() -> None:
+    (arm,) = watch((100, ARM)).at(130 * MS)
+    np.testing.assert_array_equal(arm.keypoints, ARM)
+    np.testing.assert_allclose(arm.age_s, 0.03)
+    assert np.isnan(arm.speeds).all()  # one sample says nothing of speed
+
+
+def test_a_hidden_keypoint_stays_and_grows_old_alone() -> None:
+    hidden = ARM.copy() + 0.001
+    hidden[1] = np.nan
+    (arm,) = watch((100, ARM), (140, hidden)).at(150 * MS)
+    np.testing.assert_allclose(arm.age_s, [0.01, 0.05, 0.01, 0.01])
+    np.testing.assert_array_equal(arm.keypoints[1], ARM[1])
+
+
+def test_what_was_never_seen_is_named() -> None:
+    hidden = ARM.copy()
+    hidden[2] = np.nan
+    made = watch((100, hidden))
+    assert made.missing == (2,)
+    assert made.at(100 * MS) == []
+    made.add(104 * MS, np.full((4, 3), np.nan))
+    assert made.newest_ns == 100 * MS  # a sample in which nothing is seen is none
+
+
+def test_older_samples_say_nothing() -> None:
+    made = watch((100, ARM), (96, ARM + 0.05), (100, ARM + 0.05))
+    np.testing.assert_array_equal(made.at(100 * MS)[0].keypoints, ARM)
+    assert made.jumps == 0
+
+
+def test_speed_is_that_of_a_line_through_the_newest_samples() -> None:
+    velocity = np.array([-0.8, 0.1, 0.3])
+    made = watch(*((4 * k, ARM + 0.004 * k * velocity) for k in range(30)))
+    (arm,) = made.at(116 * MS)
+    np.testing.assert_allclose(arm.speeds, np.tile(velocity, (4, 1)), atol=1e-9)
+    assert arm.half_window_s == pytest.approx(0.024)
+
+
+def test_an_arm_that_jumps_is_in_both_places_for_a_while() -> None:
+    made = watch((96, ARM), (100, ARM), (104, ARM + 0.3))
+    assert made.jumps == 1
+    now, was = made.at(150 * MS)
+    np.testing.assert_array_equal(now.keypoints, ARM + 0.3)
+    np.testing.assert_array_equal(was.keypoints, ARM)
+    assert was.was
+    np.testing.assert_allclose(was.age_s, 0.05)
+    assert np.isnan(was.speeds).all()  # so that it is reckoned with at the assumed speed
+    assert len(made.at((104 + 201) * MS)) == 1
+
+
+def test_two_sources_of_one_body_leave_it_in_both_places() -> None:
+    samples = [(4 * k, ARM + (0.4 if k % 2 else 0.0)) for k in range(50)]
+    arms = watch(*samples).at(200 * MS)
+    places = {round(float(arm.keypoints[3, 0]), 2) for arm in arms}
+    assert places == {0.5, 0.9}
+
+
+@pytest.mark.parametrize("factor", [1000.0, 0.01])
+def test_wrong_units_are_refused(factor: float) -> None:
+    made = watch((100, ARM))
+    with pytest.raises(DataError, match=r"metres"):
+        made.add(104 * MS, factor * ARM)
+    np.testing.assert_array_equal(made.at(104 * MS)[0].keypoints, ARM)
+
+
+def seen(*sides: str) -> list:
+    arms = []
+    for side in sides:
+        offset = np.array([0.0, 0.4 if side == "right" else 0.0, 0.0])
+        arms += watch((100, ARM + offset), side=side).at(100 * MS)
+    return arms
+
+
+def test_arms_alone_are_three_capsules_each() -> None:
+    parts = parts_of("p", seen("left", "right"), BodyConfig(trunk=False))
+    assert [part.name for part in parts][:3] == ["left upper_arm", "left forearm", "left hand"]
+    assert len(parts) == 6
+    assert all(part.arm for part in parts)
+
+
+def test_trunk_and_head_hang_from_both_shoulders() -> None:
+    parts = {part.name: part for part in parts_of("p", seen("left", "right"), BodyConfig())}
+    middle = ARM[0] + [0.0, 0.2, 0.0]
+    np.testing.assert_allclose(parts["trunk"].ends[0], middle)
+    np.testing.assert_allclose(parts["trunk"].ends[1], middle - [0.0, 0.0, 0.55])
+    np.testing.assert_allclose(parts["head"].ends[1], middle - [0.0, 0.0, -0.22])
+    assert not parts["trunk"].arm
+    # Broader than deep: the sides reach as far as the shoulders.
+    sides = [parts["left side"], parts["right side"]]
+    reach = max(part.ends[0, 1] + part.radius for part in sides)
+    assert reach == pytest.approx(ARM[0, 1] + 0.4, abs=1e-9)
+
+
+def test_a_single_shoulder_may_be_at_either_end() -> None:
+    parts = {part.name: part for part in parts_of("p", seen("left"), BodyConfig())}
+    np.testing.assert_allclose(parts["trunk"].ends[0], ARM[0])
+    assert parts["trunk"].radius == pytest.approx(0.16 + 0.5 * 0.43)
+
+
+def test_where_an_arm_was_has_no_trunk() -> None:
+    arms = watch((96, ARM), (100, ARM), (104, ARM + 0.3)).at(110 * MS)
+    names = [part.name for part in parts_of("p", arms, BodyConfig())]
+    assert names.count("trunk") == 1
+    assert "right hand (as it was)" in names

@@ -1,0 +1,169 @@
+"""People who walk, reach and rush at a monitored robot are never touched by one that moves."""
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hri_planner.robot import load_robot
+from hri_planner.separation.config import PREDICTED, BodyConfig, ProtectiveDistanceConfig
+from hri_planner.separation.parts import parts_of
+from hri_planner.separation.track import ArmWatch
+from hri_planner.warm import warm_separation
+from hri_prediction.arm.geometry import SIDES
+from hri_sim.scenario.shipped import load_shipped
+from hri_sim.separation.batch import Chunk, chunks_of, do_chunk, run_chunks
+from hri_sim.separation.encounter import KINDS, Encounter, Settings, draw_visit
+from hri_sim.separation.forecasts import Forecasts
+from hri_sim.separation.robot_motion import MOST_ACCELERATION, draw_posture, motion_to
+from hri_sim.simulator.simulation import Simulation, SimulatorConfig
+
+warm_separation()
+ROBOT = load_robot()
+DISTANCE = ProtectiveDistanceConfig()
+
+
+@pytest.fixture(scope="module")
+def simulation() -> Simulation:
+    empty = load_shipped("table_reach").model_copy(update={"persons": (), "reaches": ()})
+    return Simulation(empty, contacts=False, config=SimulatorConfig(command_timeout=0.1))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("seed", range(4))
+def test_nobody_is_touched_by_a_monitored_robot_that_moves(
+    simulation: Simulation, kind: str, seed: int
+) -> None:
+    meeting = Encounter(simulation, kind, Settings(), seed).run()
+    assert not meeting.touched
+    assert meeting.closest_moving > 0.05
+    print(f"{kind} {seed}: {meeting.closest_moving * 100:.1f} cm, {meeting.stops} stops")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_monitor_may_go_by_what_is_predicted(simulation: Simulation, kind: str) -> None:
+    distance = ProtectiveDistanceConfig(human=PREDICTED)
+    meeting = Encounter(simulation, kind, Settings(distance=distance), 1).run()
+    assert not meeting.touched
+
+
+def test_forecasts_are_those_of_the_predictor_for_as_long_as_they_are_fresh() -> None:
+    rng = np.random.default_rng(3)
+    visitor, _ = draw_visit("reaching", rng, DISTANCE)
+    forecasts = Forecasts("who", 0.1)
+    assert forecasts.at(0) == {}
+    for tick in range(100):
+        forecasts.take(tick * 4_000_000, visitor.shape.arms)
+    now_ns = 99 * 4_000_000
+    found = forecasts.at(now_ns + 30_000_000)
+    assert set(found) == {("who", "left"), ("who", "right")}
+    for side, arm in zip(SIDES, visitor.shape.arms, strict=True):
+        one = found["who", side]
+        assert one.age_s == pytest.approx(0.03)
+        np.testing.assert_allclose(one.mean[0], arm, atol=1e-6)  # it rests
+    assert forecasts.at(now_ns + 110_000_000) == {}
+
+
+def test_without_the_monitor_they_are(simulation: Simulation) -> None:
+    alone = replace(Settings(), monitored=False)
+    meetings = [Encounter(simulation, "chasing", alone, seed).run() for seed in range(4)]
+    assert all(meeting.touched for meeting in meetings)
+    assert max(meeting.fastest_touch for meeting in meetings) > 0.1
+
+
+def test_encounters_repeat(simulation: Simulation) -> None:
+    short = replace(Settings(), duration=0.6)
+    first, again = (Encounter(simulation, "walking", short, 7).run() for _ in range(2))
+    assert first == again
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("seed", range(3))
+def test_nobody_is_faster_than_they_may_be(kind: str, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    visitor, intent = draw_visit(kind, rng, DISTANCE)
+    robot = ROBOT.frames(draw_posture(ROBOT, rng))
+    shapes, dt = [visitor.shape], 0.004
+    for tick in range(300):
+        walking, hands = intent.velocities(visitor, robot, tick * dt)
+        visitor.step(walking, hands, dt)
+        shapes.append(visitor.shape)
+    for one, other in itertools.pairwise(shapes):
+        arms = np.linalg.norm(other.arms - one.arms, axis=-1).max() / dt
+        body = np.linalg.norm(other.body - one.body, axis=-1).max() / dt
+        assert arms <= DISTANCE.arm_speed + 1e-9
+        assert body <= DISTANCE.body_speed + 1e-9
+    moved = np.linalg.norm(shapes[-1].arms - shapes[0].arms, axis=-1).max()
+    assert moved > 0.05  # and they do move
+    lengths = np.linalg.norm(np.diff([shape.arms for shape in shapes], axis=2), axis=-1)
+    np.testing.assert_allclose(lengths, np.broadcast_to(lengths[0], lengths.shape), atol=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_trunk_and_head_are_where_the_monitor_takes_them_to_be(seed: int) -> None:
+    """Within C, whoever it is: seen from in front, the true surface is nowhere ahead of the model's."""
+    rng = np.random.default_rng(seed)
+    visitor, _ = draw_visit("walking", rng, DISTANCE)
+    shape = visitor.shape
+    arms = []
+    for side, keypoints in zip(SIDES, shape.arms, strict=True):
+        watch = ArmWatch(side, Settings().release)
+        watch.add(1, keypoints)
+        arms += watch.at(1)
+    parts = parts_of("visitor", arms, BodyConfig())
+    outward = visitor.heading[:, 0]
+    for radius, axis in zip(shape.radii, shape.body, strict=True):
+        for share in np.linspace(0.0, 1.0, 6):
+            surface = axis[0] + share * (axis[1] - axis[0]) + radius * outward
+            gaps = [_outside(surface, part.ends, part.radius) for part in parts]
+            assert min(gaps) <= DISTANCE.intrusion
+
+
+def _outside(point: np.ndarray, ends: np.ndarray, radius: float) -> float:
+    """How far a point is outside of a capsule [m]."""
+    way = ends[1] - ends[0]
+    share = np.clip((point - ends[0]) @ way / max(way @ way, 1e-12), 0.0, 1.0)
+    return float(np.linalg.norm(point - ends[0] - share * way)) - radius
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_motions_keep_the_speed_that_is_asked_for(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    start, goal = draw_posture(ROBOT, rng), draw_posture(ROBOT, rng)
+    motion = motion_to(ROBOT, start, goal, 0.8, 0)
+    points = ROBOT.frames(motion.positions)
+    step = motion.time_s[1] - motion.time_s[0]
+    speeds = np.linalg.norm(np.gradient(points, step, axis=0), axis=-1)
+    assert speeds.max() <= 0.8 * 1.001
+    assert (
+        np.linalg.norm(np.diff(points, 2, axis=0), axis=-1).max() / step**2
+        <= MOST_ACCELERATION * 1.001
+    )
+    assert (np.abs(motion.velocities) <= ROBOT.velocity + 1e-9).all()
+    np.testing.assert_allclose(motion.velocities[[0, -1]], 0.0, atol=1e-12)
+
+
+def test_chunks_are_done_once(tmp_path, monkeypatch: pytest.MonkeyPatch) -> None:
+    short = replace(Settings(), duration=0.2)
+    chunks = chunks_of(short, 4, 10)
+    assert [(chunk.kind, chunk.first, chunk.count) for chunk in chunks] == [
+        ("walking", 10, 2),
+        ("reaching", 10, 1),
+        ("chasing", 10, 1),
+    ]
+    done: list[Chunk] = []
+
+    def work(_: object, items: list[Chunk], workers: int):
+        for chunk in items:
+            done.append(chunk)
+            yield do_chunk(chunk)
+
+    monkeypatch.setattr("hri_sim.separation.batch.do_all", work)
+    told: list[tuple[int, int]] = []
+    first = run_chunks(chunks, tmp_path, 1, lambda *count: told.append(count))
+    assert (len(first), told[0], told[-1]) == (4, (0, 4), (4, 4))
+    # One file is damaged: it alone is done again.
+    chunks[1].file(tmp_path).write_text("[{")
+    assert run_chunks(chunks, tmp_path, 1, lambda *_: None) == first
+    assert done == [*chunks, chunks[1]]
