@@ -24,7 +24,7 @@ ORDER = ("hri_prediction", "hri_planner", "hri_sim")
 ROS_FOLDERS = {
     "hri_prediction": ("ros", "nodes"),
     "hri_planner": ("ros", "nodes"),
-    "hri_sim": ("ros", "nodes", "launch", "testing", "tools"),
+    "hri_sim": ("ros", "nodes", "launch", "testing", "tools", "faults"),
 }
 """Folders whose modules may import ROS. All others are cores that run without it."""
 LAZY_ROS = {

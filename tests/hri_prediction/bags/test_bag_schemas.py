@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import importlib
 import json
 
 import pytest
@@ -92,6 +93,14 @@ def test_classes_are_found(name: str) -> None:
 @pytest.mark.parametrize("name", ["nowhere/msg/Thing", "std_msgs/msg/Nothing", "String", "a/b/c/d"])
 def test_unknown_types(name: str) -> None:
     assert message_definition(name).encoding == ""
+    with pytest.raises(DataError, match=r"not installed"):
+        message_class(name)
+
+
+@pytest.mark.parametrize("name", ["os/path/join", "evil/msg/Boom", "../msg/String", "a.b/msg/C"])
+def test_only_messages_are_imported(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A type is named by a file, and what is imported is executed."""
+    monkeypatch.setattr(importlib, "import_module", lambda module: pytest.fail(f"imports {module}"))
     with pytest.raises(DataError, match=r"not installed"):
         message_class(name)
 

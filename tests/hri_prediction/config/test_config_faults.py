@@ -39,3 +39,10 @@ def test_what_hangs_on_a_wrong_value_is_not_guessed_at() -> None:
     with pytest.raises(ConfigError) as caught:
         from_mapping(PredictorConfig, {"on_speed": "fast", "onset_speed": 0.5})
     assert [fault.problem for fault in caught.value.faults] == ["on_speed = 'fast'"]
+
+
+def test_numbers_that_yaml_takes_for_text_are_explained(tmp_path: Path) -> None:
+    path = tmp_path / "planner.yaml"
+    path.write_text("min_reach: 1e-1\n")
+    with pytest.raises(ConfigError, match=r"1\.0e\+3"):
+        load_yaml(PredictorConfig, path)

@@ -1,6 +1,7 @@
 """Files whose numbers cannot be true are refused at once, whatever they ask for."""
 
 import resource
+import struct
 
 import numpy as np
 import pytest
@@ -139,3 +140,66 @@ def test_a_mapping_uses_each_marker_once():
         parse_mapping("shoulder=RSHO,elbow=RELB,wrist=RWRA+rwra", data)
     assert parse_mapping("shoulder=RSHO,elbow=RELB,wrist=RWRA+RWRB", data).wrist == (2, 3)
     assert data.labels == ARM
+
+
+def test_a_cell_that_is_no_number_is_told_at_once():
+    """Digits that could be matched in many ways took hours."""
+    for cell in ("1" * 200_000 + "x", "1." * 2 + "1" * 200_000, "." * 100_000):
+        with pytest.raises(DataError, match="line 7 holds"):
+            parse_number(cell, "line 7")
+
+
+def test_channels_twice():
+    text = bvh_text(np.zeros((5, 18)))
+    line = "    CHANNELS 3 Zrotation Xrotation Yrotation\n"
+    assert line in text
+    with pytest.raises(DataError, match="RightShoulder has CHANNELS twice"):
+        read_bvh(text.replace(line, 2 * line, 1), "a.bvh")
+
+
+def test_joints_that_nothing_moves():
+    """Each would have a place in each frame."""
+    text = bvh_text(np.zeros((5, 18)))
+    joints = [f"JOINT a{number}\n{{\nOFFSET 0 0 0\nCHANNELS 0\n}}\n  " for number in range(80)]
+    some = text.replace("JOINT", "".join(joints[:50]) + "JOINT", 1)
+    assert len(read_bvh(some, "a.bvh").labels) == 56
+    with pytest.raises(DataError, match="86 joints and ends for 18 channels"):
+        read_bvh(text.replace("JOINT", "".join(joints) + "JOINT", 1), "a.bvh")
+
+
+def test_rows_that_lack_nearly_all_markers():
+    names = [f"M{number}" for number in range(400)]
+    lines = trc_text(np.ones((3, 400, 3)), names).splitlines()
+    some = "\n".join([*lines, *(f"{row}\t{row / 100}" for row in range(4, 20))]) + "\n"
+    assert len(read_trc(some, "a.trc")) == 19
+    many = "\n".join([*lines, *(f"{row}\t{row / 100}" for row in range(4, 5000))]) + "\n"
+    with pytest.raises(DataError, match=r"up to line [0-9]+ the rows lack [0-9]+ of their cells"):
+        read_trc(many, "a.trc")
+
+
+@pytest.mark.parametrize("processor", ["Intel", "DEC", "MIPS"])
+@pytest.mark.parametrize("name", ["USED", "FRAMES", "SCALE", "RATE"])
+def test_parameters_without_a_value(tmp_path, processor, name):
+    """Of which the reader of the package takes the first value all the same, and dies."""
+    whole = c3d_bytes(arm_mm(40), processor=processor)
+    at = whole.index(bytes([len(name), 1]) + name.encode()) + 2 + len(name) + 2
+    count = abs(whole[at])
+    altered = bytearray(whole)
+    altered[at + 1 : at + 2 + count] = bytes([count, *(0 for _ in range(count))])
+    path = tmp_path / "a.c3d"
+    path.write_bytes(altered)
+    with pytest.raises(
+        DataError, match=f"a.c3d: the C3D file has no value of POINT:{name} that can be used"
+    ):
+        read_markers(path)
+
+
+@pytest.mark.parametrize(("name", "value"), [("USED", -2), ("USED", 32000)])
+def test_counts_in_parameters_that_the_file_cannot_hold(tmp_path, name, value):
+    altered = bytearray(c3d_bytes(arm_mm(40)))
+    at = altered.index(bytes([len(name), 1]) + name.encode()) + 2 + len(name) + 4
+    struct.pack_into("<h", altered, at, value)
+    path = tmp_path / "a.c3d"
+    path.write_bytes(altered)
+    with pytest.raises(DataError, match=r"its parameters are wrong: .* points"):
+        read_markers(path)

@@ -151,6 +151,30 @@ def test_labels_of_onsets(tmp_path):
     (tmp_path / "text.csv").write_text("time_s\n")
     assert onset_labels(tmp_path / "text.csv") is None
     assert onset_labels(tmp_path) is None
+    (tmp_path / "cut.npz").write_bytes((tmp_path / "reach.npz").read_bytes()[:500])
+    for labels in (onset_labels, segment_labels):
+        with pytest.raises(DataError, match=r"cannot read .*cut\.npz"):
+            labels(tmp_path / "cut.npz")
+
+
+@pytest.mark.parametrize(
+    ("changes", "match"),
+    [
+        ({"segment": np.array([[2, 1, 5]])}, "a segment of run 2 at 60 Hz; expected runs 0 to 1"),
+        ({"segment": np.array([[-1, 1, 5]])}, "a segment of run -1"),
+        ({"segment": np.array([[0, 1]])}, r"segment is int64 \(1, 2\); expected numbers \(1, 3\)"),
+        ({"segment_label": np.array([3])}, "segment_label is int64"),
+        ({"rate_hz": np.array("x")}, "rate_hz is .*; expected one number"),
+    ],
+)
+def test_labels_of_segments_that_are_none(tmp_path, changes, match):
+    segments = {"segment": np.array([[0, 1, 5]]), "segment_label": np.array(["grasp"])}
+    arrays = run_arrays(**segments)
+    np.savez(tmp_path / "runs.npz", **arrays)
+    assert segment_labels(tmp_path / "runs.npz") == [[("grasp", Reach(1 / 60, 5 / 60))], []]
+    np.savez(tmp_path / "wrong.npz", **(arrays | changes))
+    with pytest.raises(DataError, match=match):
+        segment_labels(tmp_path / "wrong.npz")
 
 
 def test_runs_as_arrays_are_the_exported_ones():

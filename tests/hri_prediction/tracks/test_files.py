@@ -67,6 +67,10 @@ def test_csv_round_trip_and_detection_by_content(tmp_path):
         ({"side": np.array(["left", "up"])}, "trial 1.*up"),
         ({"side": np.array(["left"])}, "side"),
         ({"trial": np.array(["a", "b"])}, "trial"),
+        (
+            {"start": np.zeros(50, int), "length": np.full(50, 12)},
+            "50 trials have 600 rows together",
+        ),
     ],
 )
 def test_malformed_npz(tmp_path, changes, match):
@@ -120,6 +124,9 @@ ROW = ",".join(["0.1"] * 12)
         (f"{HEADER.replace('wrist_y', 'w')}\n0.0,{ROW}\n", "wrist_y is missing"),
         (f"# side: up\n{HEADER}\n0.0,{ROW}\n0.1,{ROW}\n", "side"),
         (f"# trial: two\n{HEADER}\n0.0,{ROW}\n0.1,{ROW}\n", "trial"),
+        (f"# trial: ²\n{HEADER}\n0.0,{ROW}\n0.1,{ROW}\n", "trial: '²'; expected a whole number"),
+        (f"# trial: --3\n{HEADER}\n0.0,{ROW}\n0.1,{ROW}\n", "trial: '--3'"),
+        (f'{HEADER}\n0.0,{ROW}\n0.1,"{ROW * 4000}\n', "line 3 is no CSV: field larger"),
     ],
 )
 def test_malformed_csv(tmp_path, text, match):

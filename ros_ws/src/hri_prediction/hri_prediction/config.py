@@ -14,9 +14,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
-import yaml
-
-from hri_prediction.errors import ConfigError, all_of
+from hri_prediction.errors import ConfigError, all_of, cut, shown
+from hri_prediction.files.values import read_yaml
 
 ConfigT = TypeVar("ConfigT")
 
@@ -56,7 +55,7 @@ def validate(config: Any) -> None:
             value = getattr(config, field.name)
             expected = _out_of_range(value, field.metadata)
             if expected:
-                where = f"{type(config).__name__}.{field.name} = {value!r}"
+                where = f"{type(config).__name__}.{field.name} = {shown(value)}"
                 faults.append(ConfigError(where, expected=expected))
     if faults:
         raise all_of("", faults)
@@ -86,7 +85,7 @@ def _coerce(name: str, value: Any, annotation: Any) -> Any:
         origin = typing.get_origin(annotation)
     if origin is tuple:
         if not isinstance(value, (list, tuple)):
-            raise ConfigError(f"{name} = {value!r}", expected="a list")
+            raise ConfigError(f"{name} = {shown(value)}", expected="a list")
         args = typing.get_args(annotation)
         if len(args) == 2 and args[1] is Ellipsis:
             return tuple(_coerce(name, item, args[0]) for item in value)
@@ -94,12 +93,28 @@ def _coerce(name: str, value: Any, annotation: Any) -> Any:
             raise ConfigError(f"{name} has {len(value)} elements", expected=f"{len(args)}")
         return tuple(_coerce(name, item, arg) for item, arg in zip(value, args, strict=True))
     if annotation is float and isinstance(value, (int, float)) and not isinstance(value, bool):
-        return float(value)
+        try:
+            return float(value)
+        except OverflowError as error:
+            raise ConfigError(f"{name} = {shown(value)}", expected="a finite number") from error
     if annotation in (bool, int, str) and type(value) is annotation:
         return value
     if annotation is float or annotation in (bool, int, str):
-        raise ConfigError(f"{name} = {value!r}", expected=f"a value of type {annotation.__name__}")
+        raise ConfigError(
+            f"{name} = {shown(value)}",
+            expected=f"a value of type {annotation.__name__}",
+            hint=_yaml_hint(value) if annotation is float else "",
+        )
     return value
+
+
+def _yaml_hint(value: Any) -> str:
+    """What is wrong with a number that YAML takes for text, such as 1e3."""
+    try:
+        float(value)
+    except (TypeError, ValueError):
+        return ""
+    return "YAML takes that for text: write a point, and the exponent with its sign, as in 1.0e+3"
 
 
 def from_mapping(cls: type[ConfigT], values: Mapping[str, Any]) -> ConfigT:
@@ -115,7 +130,7 @@ def from_mapping(cls: type[ConfigT], values: Mapping[str, Any]) -> ConfigT:
     if unknown:
         faults.append(
             ConfigError(
-                f"{cls.__name__} has no parameter {', '.join(unknown)}",
+                f"{cls.__name__} has no parameter {cut(', '.join(unknown))}",
                 expected="one of " + ", ".join(names),
             )
         )
@@ -143,10 +158,7 @@ def load_yaml(cls: type[ConfigT], path: str | Path) -> ConfigT:
         ConfigError: when the file is missing, is no YAML mapping, or holds unusable values; all of
             them are named.
     """
-    try:
-        values = yaml.safe_load(Path(path).read_text())
-    except (OSError, yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ConfigError(f"cannot read {path}: {' '.join(str(error).split())}") from error
+    values = read_yaml(path)
     if not isinstance(values, dict):
         raise ConfigError(f"{path} holds {type(values).__name__}", expected="a YAML mapping")
     try:

@@ -4,6 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+_SHOWN = 200
+_FAULTS_SHOWN = 50
+
+
+def cut(text: str, most: int = _SHOWN) -> str:
+    """A text as an error shows it: no more of it than can be read."""
+    return text if len(text) <= most else f"{text[:most]}…"
+
+
+def shown(value: object) -> str:
+    """A value as an error shows it: as Python writes it, cut."""
+    return cut(repr(value))
+
 
 class HriError(Exception):
     """Base of every error raised on purpose.
@@ -53,7 +66,9 @@ def all_of(where: str, faults: Sequence[ConfigError]) -> ConfigError:
     if len(faults) == 1:
         (only,) = faults
         return ConfigError(before + only.problem, expected=only.expected, hint=only.hint)
-    lines = "".join(f"\n  {fault}" for fault in faults)
+    lines = "".join(f"\n  {fault}" for fault in faults[:_FAULTS_SHOWN])
+    if len(faults) > _FAULTS_SHOWN:
+        lines += f"\n  and {len(faults) - _FAULTS_SHOWN} more"
     error = ConfigError(f"{before}{len(faults)} faults{lines}")
     error.faults = tuple(faults)
     return error

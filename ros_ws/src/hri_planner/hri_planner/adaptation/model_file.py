@@ -14,7 +14,7 @@ from hri_planner.adaptation.features import FEATURES
 from hri_planner.adaptation.gpr_selection import GprSelection
 from hri_planner.adaptation.grid import Selection
 from hri_planner.adaptation.success_selection import SuccessSelection
-from hri_prediction.errors import ConfigError, DataError
+from hri_prediction.errors import ConfigError, DataError, shown
 from hri_prediction.promp.storage import read_npz, write_npz
 
 FORMAT = "hri-adaptation-1"
@@ -51,14 +51,17 @@ def load_model(path: str | Path) -> AnySelection:
     kind = header.get("kind")
     made = KINDS.get(kind) if isinstance(kind, str) else None
     if made is None:
-        raise DataError(f"{path} holds a model {kind!r}", expected="one of " + ", ".join(KINDS))
+        raise DataError(
+            f"{path} holds a model {shown(kind)}", expected="one of " + ", ".join(KINDS)
+        )
     if header.get("features") != list(FEATURES):
         raise DataError(
-            f"{path} is for the inputs {header.get('features')}", expected=f"{list(FEATURES)}"
+            f"{path} is for the inputs {shown(header.get('features'))}",
+            expected=f"{list(FEATURES)}",
         )
     shapes = made.shapes(arrays)
     if set(arrays) != set(shapes):
-        raise DataError(f"{path} holds {sorted(arrays)}", expected=f"{sorted(shapes)}")
+        raise DataError(f"{path} holds {shown(sorted(arrays))}", expected=f"{sorted(shapes)}")
     for name, shape in shapes.items():
         values = arrays[name]
         if values.shape != shape or values.dtype != np.float64:
@@ -73,7 +76,7 @@ def load_model(path: str | Path) -> AnySelection:
             raise DataError(f"{path}: {name} is not positive")
     try:
         return made.from_arrays(arrays)
-    except ValueError as error:
+    except (ArithmeticError, ValueError) as error:
         raise DataError(f"{path}: {error}") from error
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from hri_planner.dmp.policy import DmpPolicy
-from hri_prediction.errors import DataError, HriError
+from hri_prediction.errors import DataError, HriError, shown
 from hri_prediction.promp.storage import read_npz, write_npz
 
 FORMAT = "hri-dmp-1"
@@ -44,9 +44,9 @@ def read_dmp(path: str | Path) -> tuple[DmpPolicy, dict[str, Any]]:
     names, learnt = header.get("goals"), header.get("learnt")
     try:
         if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-            raise DataError(f"goals {names!r}", expected="their names")
+            raise DataError(f"goals {shown(names)}", expected="their names")
         if len(set(names)) < len(names):
-            raise DataError(f"goals {names!r}", expected="names that differ")
+            raise DataError(f"goals {shown(names)}", expected="names that differ")
         missing = {"start", "posture", "goals", "weights"} - set(arrays)
         if missing:
             raise DataError(f"no {', '.join(sorted(missing))}", expected="a whole file")
@@ -66,7 +66,7 @@ def read_dmp(path: str | Path) -> tuple[DmpPolicy, dict[str, Any]]:
             },
             float(header.get("duration", np.nan)),
         )
-    except (HriError, ArithmeticError, TypeError, ValueError) as error:
+    except (HriError, ArithmeticError, LookupError, TypeError, ValueError) as error:
         raise DataError(f"{path}: {error}") from error
     return policy, learnt if isinstance(learnt, dict) else {}
 

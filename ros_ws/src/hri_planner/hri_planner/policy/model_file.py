@@ -44,5 +44,39 @@ def find_any(name: str) -> Path:
     return _folder() / f"{name}.npz"
 
 
+def find_network(name: str) -> Path:
+    """The file of a network that was learnt from people: itself, or one that ships.
+
+    Raises:
+        ConfigError: when no such network ships, or it is of another kind.
+        DataError: when the file cannot be read.
+    """
+    return _of_kind(
+        name, RNN_FORMAT, shipped_policies(), "a network", "launch_dmp.py runs the others"
+    )
+
+
+def find_dmp(name: str) -> Path:
+    """The file of a policy of movement primitives: itself, or one that ships.
+
+    Raises:
+        ConfigError: when no such policy ships, or it is of another kind.
+        DataError: when the file cannot be read.
+    """
+    return _of_kind(
+        name, DMP_FORMAT, shipped_dmps(), "movement primitives", "launch_rnn.py runs networks"
+    )
+
+
+def _of_kind(name: str, form: str, known: list[str], what: str, hint: str) -> Path:
+    expected = f"a .npz file of {what}, or one that ships: {', '.join(known)}"
+    if not name.endswith(".npz") and name not in (*shipped_policies(), *shipped_dmps()):
+        raise ConfigError(f"policy {name!r}", expected=expected)
+    path = find_any(name)
+    if read_npz(path, RNN_FORMAT, DMP_FORMAT)[1]["format"] != form:
+        raise ConfigError(f"{name} is not {what}", expected=expected, hint=hint)
+    return path
+
+
 def _folder() -> Path:
     return Path(str(resources.files("hri_planner.models")))

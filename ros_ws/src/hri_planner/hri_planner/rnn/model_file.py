@@ -12,7 +12,7 @@ from hri_planner.rnn.model import PolicyModel
 from hri_planner.rnn.network import Network
 from hri_planner.rnn.scales import Scales
 from hri_prediction.config import from_mapping
-from hri_prediction.errors import ConfigError, DataError, HriError
+from hri_prediction.errors import ConfigError, DataError, HriError, shown
 from hri_prediction.promp.storage import read_npz, write_npz
 
 FORMAT = "hri-rnn-1"
@@ -59,7 +59,7 @@ def read_policy(path: str | Path) -> tuple[PolicyModel, dict[str, Any]]:
     arrays, header = read_npz(path, FORMAT)
     try:
         if header.get("inputs") != list(INPUTS):
-            raise DataError(f"inputs {header.get('inputs')}", expected=f"{list(INPUTS)}")
+            raise DataError(f"inputs {shown(header.get('inputs'))}", expected=f"{list(INPUTS)}")
         network = Network.from_arrays(arrays, _text(header, "cell"), _sizes(header))
         model = PolicyModel(
             network,
@@ -67,7 +67,7 @@ def read_policy(path: str | Path) -> tuple[PolicyModel, dict[str, Any]]:
             from_mapping(FeatureConfig, _mapping(header, "features")),
             _number(header, "dt"),
         )
-    except (HriError, TypeError) as error:
+    except (HriError, OverflowError, TypeError) as error:
         raise DataError(f"{path}: {error}") from error
     trained = header.get("trained")
     return model, trained if isinstance(trained, dict) else {}
@@ -76,28 +76,28 @@ def read_policy(path: str | Path) -> tuple[PolicyModel, dict[str, Any]]:
 def _text(header: dict[str, Any], name: str) -> str:
     value = header.get(name)
     if not isinstance(value, str):
-        raise DataError(f"{name} = {value!r}", expected="a word")
+        raise DataError(f"{name} = {shown(value)}", expected="a word")
     return value
 
 
 def _number(header: dict[str, Any], name: str) -> float:
     value = header.get(name)
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise DataError(f"{name} = {value!r}", expected="a number")
+        raise DataError(f"{name} = {shown(value)}", expected="a number")
     return float(value)
 
 
 def _mapping(header: dict[str, Any], name: str) -> dict[str, Any]:
     value = header.get(name)
     if not isinstance(value, dict):
-        raise DataError(f"{name} = {value!r}", expected="numbers by name")
+        raise DataError(f"{name} = {shown(value)}", expected="numbers by name")
     return value
 
 
 def _sizes(header: dict[str, Any]) -> tuple[int, ...]:
     value = header.get("units")
     if not isinstance(value, list) or not all(type(size) is int for size in value):
-        raise DataError(f"units = {value!r}", expected="a whole number for each layer")
+        raise DataError(f"units = {shown(value)}", expected="a whole number for each layer")
     return tuple(value)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hri_planner.rnn.cells import GATES, Layer, glorot, new_layer
-from hri_prediction.errors import ConfigError, DataError
+from hri_prediction.errors import ConfigError, DataError, shown
 
 FloatArray = NDArray[np.float64]
 
@@ -103,7 +103,7 @@ class Network:
         """
         shapes = array_shapes(kind, units)
         if set(arrays) != set(shapes):
-            raise DataError(f"a network of {sorted(arrays)}", expected=f"{sorted(shapes)}")
+            raise DataError(f"a network of {shown(sorted(arrays))}", expected=f"{sorted(shapes)}")
         for name, shape in shapes.items():
             values = arrays[name]
             if values.shape != shape or values.dtype != np.float64:
@@ -127,9 +127,11 @@ def array_shapes(kind: str, units: tuple[int, ...]) -> dict[str, tuple[int, ...]
         DataError: on an unknown kind, no layer, or sizes below one.
     """
     if kind not in GATES:
-        raise DataError(f"cells of kind {kind!r}", expected="one of " + ", ".join(GATES))
+        raise DataError(f"cells of kind {shown(kind)}", expected="one of " + ", ".join(GATES))
     if not 1 <= len(units) <= MAX_LAYERS or min(units) < 1:
-        raise DataError(f"layers of {units} units", expected=f"1 to {MAX_LAYERS} of at least 1")
+        raise DataError(
+            f"layers of {shown(units)} units", expected=f"1 to {MAX_LAYERS} of at least 1"
+        )
     gates = len(GATES[kind])
     found: dict[str, tuple[int, ...]] = {"weight": (N_OUTPUTS, units[-1]), "bias": (N_OUTPUTS,)}
     for index, (below, size) in enumerate(zip((N_INPUTS, *units), units, strict=False)):

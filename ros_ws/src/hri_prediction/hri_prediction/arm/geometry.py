@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hri_prediction.errors import ConfigError, DataError
+from hri_prediction.errors import ConfigError, DataError, shown
 
 KEYPOINTS = ("shoulder", "elbow", "wrist", "hand_tip")
 """Order of the keypoints along axis -2 of every ``(..., 4, 3)`` array."""
@@ -75,4 +75,4 @@ def arm_capsules(keypoints: ArrayLike) -> FloatArray:
 def check_side(side: object) -> None:
     """Raise :class:`DataError` unless ``side`` is ``"left"`` or ``"right"``."""
     if side not in SIDES:
-        raise DataError(f"side = {side!r}", expected="left or right")
+        raise DataError(f"side = {shown(side)}", expected="left or right")

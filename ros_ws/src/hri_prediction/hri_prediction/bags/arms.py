@@ -39,7 +39,13 @@ def arm_samples(bag: BagReader, pattern: re.Pattern[str] = TRACKED) -> dict[str,
     }
     found: dict[str, list[ArmSample]] = {}
     for message in bag.messages(topics) if topics else ():
-        found.setdefault(topics[message.topic], []).append(sample_of(message.decode()))
+        try:
+            sample = sample_of(message.decode())
+        except DataError as error:
+            raise DataError(
+                f"{bag.path}: {error.problem}", expected=error.expected, hint=error.hint
+            ) from error
+        found.setdefault(topics[message.topic], []).append(sample)
     return found
 
 

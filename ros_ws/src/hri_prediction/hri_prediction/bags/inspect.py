@@ -13,6 +13,7 @@ from hri_prediction.bags.cdr import read_stamp, starts_with_stamp
 from hri_prediction.bags.metadata import TopicInfo
 from hri_prediction.bags.reader import BagReader
 
+_LAST_NS = 2**63 - 1  # ROS counts in 63 bits, MCAP in 64
 _LATE_S = 60.0  # a stamp further from the log time is of another clock
 
 
@@ -118,8 +119,8 @@ def inspect_bag(path: str | Path) -> BagReport:
     series: dict[str, _Series] = {name: _Series() for name in reader.topics}
     for message in reader.messages():
         one = series.setdefault(message.topic, _Series())
-        one.log.append(message.log_time_ns)
-        one.publish.append(message.publish_time_ns)
+        one.log.append(min(message.log_time_ns, _LAST_NS))
+        one.publish.append(min(message.publish_time_ns, _LAST_NS))
         one.sequence.append(message.sequence)
         one.bytes += len(message.data)
         if message.type in stamped:
@@ -208,6 +209,12 @@ def _warnings(reader: BagReader, topics: tuple[TopicReport, ...]) -> tuple[str, 
         "counted here; --salvage OUT makes a proper bag of it"
         for file in reader.unclosed
     ]
+    if reader.damages:
+        found.append(f"{reader.damages} damaged places, where messages may be missing")
+    if reader.outdated:
+        found.append(
+            "metadata.yaml is that of the beginning of the recording; --salvage OUT makes it anew"
+        )
     listed = {topic.name: topic.message_count for topic in reader.metadata.topics}
     for topic in topics:
         if topic.missing:

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import zstandard
 
+from hri_prediction.bags import durable
 from hri_prediction.errors import DataError
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -51,7 +52,7 @@ class McapFile:
 
     Args:
         path: File to create; it must not exist.
-        chunk_bytes: Uncompressed size at which a chunk is written without being asked [bytes].
+        chunk_bytes: Uncompressed size at which a chunk is full and should be flushed [bytes].
         compression_level: Level of zstd; 1 costs about 2 ms a megabyte.
 
     Raises:
@@ -65,6 +66,7 @@ class McapFile:
         self._schemas: list[bytes] = []
         self._channels: list[bytes] = []
         self._counts: list[int] = []
+        self._definitions = bytearray()
         self._pending = bytearray()
         self._pending_index: dict[int, bytearray] = {}
         self._pending_counts: dict[int, int] = {}
@@ -101,6 +103,11 @@ class McapFile:
         return sum(self._pending_counts.values())
 
     @property
+    def full(self) -> bool:
+        """Whether the chunk in memory is as large as a chunk should be."""
+        return len(self._pending) >= self._chunk_bytes
+
+    @property
     def channel_counts(self) -> tuple[int, ...]:
         """Messages in the file for each channel, in the order of registration."""
         return tuple(self._counts)
@@ -111,6 +118,7 @@ class McapFile:
         body = struct.pack("<H", number) + _string(name) + _string(encoding)
         record = _record(SCHEMA, body + struct.pack("<I", len(data)) + data)
         self._schemas.append(record)
+        self._definitions += record
         self._pending += record
         return number
 
@@ -121,17 +129,14 @@ class McapFile:
         record = _record(CHANNEL, body + _mapping(metadata))
         self._channels.append(record)
         self._counts.append(0)
+        self._definitions += record
         self._pending += record
         return number
 
     def add_message(
         self, channel: int, log_ns: int, publish_ns: int, data: bytes, sequence: int = 0
     ) -> None:
-        """Add a message to the chunk in memory, and write the chunk when it is full.
-
-        Raises:
-            DataError: the chunk is full and the disk does not take it. The message is kept.
-        """
+        """Add a message to the chunk in memory; see :attr:`full`."""
         offset = len(self._pending)
         if not self._pending_counts:
             self._pending_start = self._pending_end = log_ns
@@ -149,11 +154,9 @@ class McapFile:
             MESSAGE, _MESSAGE_FIELDS + len(data), channel, sequence, log_ns, publish_ns
         )
         self._pending += data
-        if len(self._pending) >= self._chunk_bytes:
-            self.flush()
 
     def flush(self) -> None:
-        """Hand the chunk in memory to the operating system (no fsync).
+        """Hand the chunk in memory to the operating system; :meth:`sync` hands it to the disk.
 
         Raises:
             DataError: the disk does not take it; the file is as before and the chunk is kept.
@@ -165,15 +168,17 @@ class McapFile:
         times = _PAIR.pack(self._pending_start, self._pending_end)
         head = times + struct.pack("<QI", len(raw), zlib.crc32(raw)) + _string("zstd")
         chunk = _record(CHUNK, head + struct.pack("<Q", len(packed)) + packed)
-        parts = [chunk]
+        # New topics stand before their first chunk as well as in it: when that chunk is damaged, and the
+        # index is missing, the messages of all later chunks would else be of topics without a name.
+        parts = [bytes(self._definitions), chunk]
         offsets = bytearray()
-        position = self._size + len(chunk)
+        start = self._size + len(self._definitions)
+        position = start + len(chunk)
         for channel, entries in self._pending_index.items():
             body = struct.pack("<HI", channel, len(entries)) + entries
             parts.append(_record(MESSAGE_INDEX, body))
             offsets += _CHANNEL_OFFSET.pack(channel, position)
             position += len(parts[-1])
-        start = self._size
         self._append(b"".join(parts))
         self._chunk_index += _record(
             CHUNK_INDEX,
@@ -192,6 +197,7 @@ class McapFile:
         for channel, count in self._pending_counts.items():
             self._counts[channel - 1] += count
             self.message_count += count
+        self._definitions = bytearray()
         self._pending = bytearray()
         self._pending_index = {}
         self._pending_counts = {}
@@ -233,6 +239,20 @@ class McapFile:
         self._pending_counts = {}
         return lost
 
+    def sync(self) -> None:
+        """Have the disk take what the operating system has, so that a power cut does not lose it.
+
+        Raises:
+            DataError: the disk did not take some of it; which part is not known.
+        """
+        try:
+            durable.sync(self._fd)
+        except OSError as error:
+            raise DataError(
+                f"the disk did not take what was written to {self.path}: {error.strerror}",
+                hint="look at the disk's health, and salvage the bag when it cannot be read",
+            ) from error
+
     def finish(self) -> None:
         """Write the index and close the file; the chunk in memory must be flushed or discarded.
 
@@ -241,6 +261,7 @@ class McapFile:
         """
         try:
             self._append(self._tail())
+            self.sync()
         finally:
             self.release()
 

@@ -10,7 +10,10 @@ from typing import Any
 
 import yaml
 
-from hri_prediction.errors import DataError
+from hri_prediction.bags import durable
+from hri_prediction.errors import DataError, cut
+from hri_prediction.files.content import read_text
+from hri_prediction.files.values import MOST_CHARACTERS, parse_yaml
 
 METADATA_VERSION = 9
 METADATA_FILE = "metadata.yaml"
@@ -71,7 +74,7 @@ class OfferedQos:
         """
         names = {key: _policy(key, node[key]) for key in _NUMBERED}
         return cls(
-            depth=int(node["depth"]),
+            depth=_whole(node["depth"]),
             deadline_ns=_join(node["deadline"]),
             lifespan_ns=_join(node["lifespan"]),
             liveliness_lease_ns=_join(node["liveliness_lease_duration"]),
@@ -93,7 +96,15 @@ def _split(nanoseconds: int) -> dict[str, int]:
 
 
 def _join(node: Mapping[str, Any]) -> int:
-    return int(node["sec"]) * 10**9 + int(node["nsec"])
+    return _whole(int(node["sec"]) * 10**9 + int(node["nsec"]))
+
+
+def _whole(value: Any) -> int:
+    """A number that ROS can hold, and this module can write."""
+    number = int(value)
+    if not 0 <= number < 2**64:
+        raise ValueError(f"{number:.3g}")
+    return number
 
 
 def qos_to_yaml(profiles: tuple[OfferedQos, ...]) -> str:
@@ -108,9 +119,9 @@ def qos_from_yaml(node: Any) -> tuple[OfferedQos, ...]:
     readable whatever some other recorder wrote here.
     """
     try:
-        loaded = yaml.safe_load(node) if isinstance(node, str) else node
+        loaded = parse_yaml(node) if isinstance(node, str) else node
         return tuple(OfferedQos.from_mapping(item) for item in loaded or ())
-    except (yaml.YAMLError, KeyError, TypeError, ValueError):
+    except (yaml.YAMLError, ArithmeticError, LookupError, TypeError, ValueError):
         return ()
 
 
@@ -258,14 +269,24 @@ def _dump(node: Any) -> str:
 def write_metadata(folder: Path, metadata: BagMetadata) -> None:
     """Put ``metadata.yaml`` in place in one step: a reader sees the old or the new file, whole.
 
+    So it is after a power cut: the new file is on the disk before it takes the place of the old one.
+
     Raises:
         DataError: when the folder does not take it.
     """
     target = folder / METADATA_FILE
     draft = folder / f".{METADATA_FILE}.{os.getpid()}"
     try:
-        draft.write_text(metadata.to_yaml(), encoding="utf-8")
+        with draft.open("w", encoding="utf-8") as stream:
+            stream.write(metadata.to_yaml())
+            stream.flush()
+            durable.sync(stream.fileno())
         draft.replace(target)
+        entries = os.open(folder, os.O_RDONLY)
+        try:
+            durable.sync(entries)
+        finally:
+            os.close(entries)
     except OSError as error:
         draft.unlink(missing_ok=True)
         raise DataError(
@@ -281,15 +302,13 @@ def read_metadata(folder: Path) -> BagMetadata:
         DataError: when it is missing, no YAML, or not rosbag2's.
     """
     path = folder / METADATA_FILE
+    text = read_text(path, 4 * MOST_CHARACTERS)
     try:
-        node = yaml.safe_load(path.read_text(encoding="utf-8"))
-        return BagMetadata.from_mapping(node[_TOP_KEY])
-    except OSError as error:
-        raise DataError(f"cannot read {path}: {error.strerror or error}") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise DataError(f"{path} is no YAML: {' '.join(str(error).split())}") from error
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        return BagMetadata.from_mapping(parse_yaml(text)[_TOP_KEY])
+    except yaml.YAMLError as error:
+        raise DataError(f"{path} is no YAML: {cut(' '.join(str(error).split()))}") from error
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         raise DataError(
-            f"{path} is not rosbag2 metadata ({type(error).__name__}: {error})",
+            f"{path} is not rosbag2 metadata ({type(error).__name__}: {cut(str(error))})",
             expected=f"a mapping below {_TOP_KEY!r}",
         ) from error

@@ -45,8 +45,14 @@ def recorded_predictions(bag: BagReader) -> dict[str, RecordedPredictions]:
     found: dict[str, list[Prediction]] = {}
     libraries: dict[str, dict[str, None]] = {}
     for message in bag.messages(topics) if topics else ():
-        body, decoded = topics[message.topic], message.decode()
-        found.setdefault(body, []).append(prediction_of(decoded))
+        body = topics[message.topic]
+        try:
+            decoded = message.decode()
+            found.setdefault(body, []).append(prediction_of(decoded))
+        except DataError as error:
+            raise DataError(
+                f"{bag.path}: {error.problem}", expected=error.expected, hint=error.hint
+            ) from error
         libraries.setdefault(body, {})[decoded.library] = None
     if not found:
         raise DataError(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import heapq
+import os
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -12,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from mcap.reader import make_reader
+from mcap.reader import McapReader, make_reader
 
 from hri_prediction.bags.mcap_file import MAGIC
 from hri_prediction.bags.metadata import (
@@ -25,7 +26,10 @@ from hri_prediction.bags.metadata import (
 )
 from hri_prediction.bags.scan import Scan, ScannedAttachment, ScannedChannel, ScannedMessage
 from hri_prediction.bags.schemas import message_class
-from hri_prediction.errors import DataError
+from hri_prediction.bags.structure import check_structure, is_closed, reading
+from hri_prediction.errors import DataError, cut
+from hri_prediction.files.content import open_file
+from hri_prediction.files.values import parse_yaml
 
 _LOG_TIME = attrgetter("log_time_ns")
 
@@ -63,7 +67,9 @@ class BagMessage:
         try:
             return deserialize_message(self.data, cls)
         except Exception as error:
-            raise DataError(f"a message on {self.topic} is no valid {self.type}") from error
+            raise DataError(
+                f"a message on {cut(self.topic)} is no valid {cut(self.type)}"
+            ) from error
 
 
 class BagReader:
@@ -82,6 +88,7 @@ class BagReader:
     def __init__(self, path: str | Path, *, allow_unclosed: bool = False) -> None:
         self.path = Path(path)
         self._stored: BagMetadata | None = None
+        self._checked: set[Path] = set()
         self.files = self._find_files()
         self.unclosed = tuple(file for file in self.files if not is_closed(file))
         if self.unclosed and not allow_unclosed:
@@ -91,31 +98,44 @@ class BagReader:
             )
 
     def _find_files(self) -> tuple[Path, ...]:
-        if self.path.is_file():
-            with _reading(self.path), self.path.open("rb") as stream:
+        if not os.path.isdir(self.path):
+            if not os.path.lexists(self.path):
+                raise DataError(
+                    f"there is no bag {self.path}", expected="a folder or an .mcap file"
+                )
+            with reading(self.path), open_file(self.path) as stream:
                 begin = stream.read(len(MAGIC))
             if not MAGIC.startswith(begin):
                 raise DataError(f"{self.path} is no bag", expected="a folder or an .mcap file")
             return (self.path,)
-        if not self.path.is_dir():
-            raise DataError(f"there is no bag {self.path}", expected="a folder or an .mcap file")
         found = tuple(sorted(self.path.glob("*.mcap")))
         if (self.path / METADATA_FILE).exists():
-            self._stored = read_metadata(self.path)
+            self._stored = self._read_metadata()
             if self._stored.storage_identifier != "mcap":
+                storage = cut(self._stored.storage_identifier)
                 raise DataError(
-                    f"{self.path} is a bag of storage {self._stored.storage_identifier}",
+                    f"{self.path} is a bag of storage {storage} by its {METADATA_FILE}",
                     expected="storage mcap",
                     hint="convert it with: ros2 bag convert",
                 )
             listed = tuple(self.path / Path(item.path).name for item in self._stored.files)
-            missing = [file for file in listed if not file.is_file()]
+            missing = [file for file in listed if not os.path.isfile(file)]
             if missing:
-                raise DataError(f"{missing[0]} is listed in {METADATA_FILE}, but missing")
+                raise DataError(f"{cut(str(missing[0]))} is listed in {METADATA_FILE}, but missing")
             found = listed or found
         if not found:
             raise DataError(f"{self.path} holds no .mcap file", expected="a bag folder")
         return found
+
+    def _read_metadata(self) -> BagMetadata:
+        try:
+            return read_metadata(self.path)
+        except DataError as error:
+            raise DataError(
+                error.problem,
+                expected=error.expected,
+                hint=f"make it anew with: inspect_bag.py {self.path} --salvage NEW_FOLDER",
+            ) from error
 
     @property
     def custom_data(self) -> dict[str, str]:
@@ -134,9 +154,37 @@ class BagReader:
         Raises:
             DataError: a file is damaged.
         """
-        if self._stored is not None and not self.unclosed:
+        if self._stored is not None and not self.unclosed and not self.outdated:
             return self._stored
         return self._rebuilt()
+
+    @cached_property
+    def outdated(self) -> bool:
+        """Whether metadata.yaml is that of the beginning: it knows of no message, the files of some.
+
+        So it is when the disk was so full that the file could be closed, but not replaced.
+
+        Raises:
+            DataError: a file is damaged.
+        """
+        if self._stored is None or self._stored.message_count or self.unclosed:
+            return False
+        for file in self.files:
+            with self._closed(file) as reader:
+                summary = reader.get_summary()
+            if summary and summary.statistics and summary.statistics.message_count:
+                return True
+        return False
+
+    @cached_property
+    def damages(self) -> int:
+        """Damaged places of files that were not closed, where messages may be missing.
+
+        Raises:
+            DataError: a file cannot be read.
+        """
+        results = [_scanned(file).result for file in self.unclosed]
+        return sum(result.damaged_chunks + result.broken for result in results)
 
     @cached_property
     def definitions(self) -> dict[str, str]:
@@ -181,10 +229,19 @@ class BagReader:
             if file in self.unclosed:
                 found += _scanned(file).result.attachments
                 continue
-            with _reading(file), file.open("rb") as stream:
-                for item in make_reader(stream, validate_crcs=True).iter_attachments():
+            with self._closed(file) as reader:
+                for item in reader.iter_attachments():
                     found.append(ScannedAttachment(item.name, item.media_type, item.data))
         return found
+
+    @contextlib.contextmanager
+    def _closed(self, file: Path) -> Iterator[McapReader]:
+        """The package's reader of a closed file, whose lengths and index have been checked."""
+        if file not in self._checked:
+            check_structure(file)
+            self._checked.add(file)
+        with reading(file), open_file(file) as stream:
+            yield make_reader(stream, validate_crcs=True)
 
     def _file_messages(
         self, file: Path, topics: set[str] | None, start_ns: int | None, end_ns: int | None
@@ -196,8 +253,7 @@ class BagReader:
                 if not (late or early) and (topics is None or scanned.channel.topic in topics):
                     yield _message(scanned)
             return
-        with _reading(file), file.open("rb") as stream:
-            reader = make_reader(stream, validate_crcs=True)
+        with self._closed(file) as reader:
             for schema, channel, message in reader.iter_messages(
                 topics=topics, starting_at=start_ns, ending_before=end_ns
             ):
@@ -215,8 +271,8 @@ class BagReader:
             if file in self.unclosed:
                 yield from _scanned(file).channels
                 continue
-            with _reading(file), file.open("rb") as stream:
-                summary = make_reader(stream).get_summary()
+            with self._closed(file) as reader:
+                summary = reader.get_summary()
                 for channel in summary.channels.values() if summary else ():
                     schema = summary.schemas.get(channel.schema_id) if summary else None
                     name, encoding, data = (
@@ -262,8 +318,8 @@ class BagReader:
         for file in self.files:
             if file in self.unclosed:
                 continue
-            with _reading(file), file.open("rb") as stream:
-                for item in make_reader(stream).iter_metadata():
+            with self._closed(file) as reader:
+                for item in reader.iter_metadata():
                     text = item.metadata.get("serialized_metadata", "")
                     if item.name == "rosbag2" and text:
                         return custom_data_of(text)
@@ -273,8 +329,8 @@ class BagReader:
 def custom_data_of(serialized: str) -> dict[str, str]:
     """custom_data of the metadata text within an MCAP file; empty when it is unreadable."""
     try:
-        return BagMetadata.from_mapping(yaml.safe_load(serialized)).custom_data
-    except (yaml.YAMLError, KeyError, TypeError, ValueError, AttributeError):
+        return BagMetadata.from_mapping(parse_yaml(serialized)).custom_data
+    except (yaml.YAMLError, ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
         return {}
 
 
@@ -287,23 +343,6 @@ def topic_of(channel: ScannedChannel) -> TopicInfo:
         channel.metadata.get("topic_type_hash", ""),
         serialization_format=channel.message_encoding,
     )
-
-
-def is_closed(file: Path) -> bool:
-    """Whether an MCAP file ends with its final magic, as a recorder that ended in order leaves it.
-
-    Raises:
-        DataError: the file cannot be read.
-    """
-    try:
-        with file.open("rb") as stream:
-            size = stream.seek(0, 2)
-            if size < 2 * len(MAGIC):
-                return False
-            stream.seek(-len(MAGIC), 2)
-            return stream.read() == MAGIC
-    except OSError as error:
-        raise DataError(f"cannot read {file}: {error.strerror}") from error
 
 
 def _message(scanned: ScannedMessage) -> BagMessage:
@@ -322,20 +361,3 @@ def _scanned(file: Path) -> Scan:
     for _ in scan:
         pass
     return scan
-
-
-@contextlib.contextmanager
-def _reading(file: Path) -> Iterator[None]:
-    """Turn whatever the mcap package raises on a damaged file into one DataError."""
-    try:
-        yield
-    except DataError:
-        raise
-    except OSError as error:
-        raise DataError(f"cannot read {file}: {error.strerror or error}") from error
-    except Exception as error:  # the package raises errors of a dozen kinds
-        text = " ".join(str(error).split()) or type(error).__name__
-        raise DataError(
-            f"{file} is damaged: {text}",
-            hint="recover what is whole with: inspect_bag.py BAG --salvage NEW_FOLDER",
-        ) from error

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -33,6 +34,11 @@ class SalvageReport:
         return sum(result.damaged_chunks for result in self.files.values())
 
     @property
+    def broken(self) -> int:
+        """Places where no record begins that should; the next whole chunk was looked for behind them."""
+        return sum(result.broken for result in self.files.values())
+
+    @property
     def partial_messages(self) -> int:
         """Messages that come from chunks in which a file ended."""
         return sum(result.partial_messages for result in self.files.values())
@@ -46,9 +52,10 @@ class SalvageReport:
 def salvage(source: str | Path, out: str | Path) -> SalvageReport:
     """Copy every message that is whole into a new, proper bag.
 
-    Chunks with a wrong checksum are passed over; of a chunk in which the file ends, the messages
-    that are complete are kept. Topics, QoS, type hashes, attachments and custom_data are kept;
-    custom_data gains ``salvaged_from``.
+    Chunks with a wrong checksum are passed over, whatever is damaged between chunks too: every whole
+    chunk before and behind it is kept. Of a chunk in which the file ends, the messages that are
+    complete are kept, which no checksum covers. The original is only read. Topics, QoS, type hashes,
+    attachments and custom_data are kept; custom_data gains ``salvaged_from``.
 
     Args:
         source: Bag folder (metadata.yaml is used where readable, but not needed) or .mcap file.
@@ -59,7 +66,7 @@ def salvage(source: str | Path, out: str | Path) -> SalvageReport:
         ConfigError: ``out`` exists already or cannot be made.
     """
     source = Path(source)
-    files = [source] if source.is_file() else sorted(source.glob("*.mcap"))
+    files = sorted(source.glob("*.mcap")) if os.path.isdir(source) else [source]
     if not files:
         raise DataError(f"{source} holds no .mcap file", expected="a bag folder or an .mcap file")
     scans = [Scan(file) for file in files]  # refuses what is no MCAP before making anything
@@ -68,13 +75,13 @@ def salvage(source: str | Path, out: str | Path) -> SalvageReport:
     results: dict[str, ScanResult] = {}
     with BagWriter(out, custom_data=custom) as writer:
         for file, scan in zip(files, scans, strict=True):
-            channels: dict[int, int] = {}
+            channels: dict[str, int] = {}
             for message in scan:
-                key = id(message.channel)  # alive as long as the scan
-                if key not in channels:
-                    channels[key] = _register(writer, message.channel)
+                topic = message.channel.topic
+                if topic not in channels:
+                    channels[topic] = _register(writer, message.channel)
                 writer.write(
-                    channels[key],
+                    channels[topic],
                     message.data,
                     message.log_time_ns,
                     message.publish_time_ns,
@@ -96,8 +103,8 @@ def _register(writer: BagWriter, channel: ScannedChannel) -> int:
 
 def _custom_data(source: Path, files: list[Path]) -> dict[str, str]:
     """custom_data of metadata.yaml, else of the metadata within the first file that has any."""
-    folder = source if source.is_dir() else source.parent
-    if (folder / METADATA_FILE).is_file():
+    folder = source if os.path.isdir(source) else source.parent
+    if os.path.isfile(folder / METADATA_FILE):
         try:
             return dict(read_metadata(folder).custom_data)
         except DataError:

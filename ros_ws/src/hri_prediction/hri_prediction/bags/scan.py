@@ -2,27 +2,33 @@
 
 The index at the end of a file is missing after a crash, and a file can be cut or damaged
 anywhere. This reader needs no index: it walks the records, checks every length and checksum, and
-hands out what is whole. Of a chunk that is cut it decompresses as much as there is.
+hands out what is whole. Where the way from record to record is lost, it goes on at the next whole
+chunk. Of a chunk that is cut it decompresses as much as there is.
 """
 
 from __future__ import annotations
 
 import mmap
+import os
 import struct
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-
-import lz4.frame  # type: ignore[import-untyped]
-import zstandard
+from typing import BinaryIO
 
 from hri_prediction.bags import mcap_file as layout
+from hri_prediction.bags.chunks import MAX_CHUNK, Chunks, beginning
+from hri_prediction.bags.fields import DAMAGE, Fields
 from hri_prediction.errors import DataError
+from hri_prediction.files.content import open_file
 
 _HEAD = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<HIQQ")
-_MAX_CHUNK = 1 << 31  # a larger chunk is taken for damage [bytes]
+_FOOTER = struct.Struct("<BQQQI")
+_PRIVATE = 0x80  # opcodes from here on are everybody's own
+_TAKEN = (layout.SCHEMA, layout.CHANNEL, layout.ATTACHMENT, layout.METADATA)
+_STEP = 1 << 12  # what going over a record costs, in bytes that could be unpacked in the meantime
 
 
 @dataclass(frozen=True)
@@ -67,7 +73,9 @@ class ScanResult:
         closed: The file ends as it should: index, footer and final magic are there.
         chunks: Whole chunks.
         damaged_chunks: Chunks whose checksum or compression is wrong; they were passed over.
-        partial_messages: Messages recovered from the chunk in which the file ends.
+        broken: Places where a record's own head was damaged; the scan went on at the next whole chunk.
+        partial_messages: Messages recovered from the chunk in which the file ends; no checksum
+            covers them.
         messages: All messages handed out.
         orphans: Messages without a known channel, not handed out.
         attachments: The attachments.
@@ -79,45 +87,12 @@ class ScanResult:
     closed: bool = False
     chunks: int = 0
     damaged_chunks: int = 0
+    broken: int = 0
     partial_messages: int = 0
     messages: int = 0
     orphans: int = 0
     attachments: list[ScannedAttachment] = field(default_factory=list)
     serialized_metadata: str = ""
-
-
-class _Fields:
-    """Cursor over the body of a record; runs into ``struct.error`` where the body is too short."""
-
-    def __init__(self, body: bytes | memoryview) -> None:
-        self._body = bytes(body)
-        self._at = 0
-
-    def number(self, layout_: str) -> int:
-        value = struct.unpack_from("<" + layout_, self._body, self._at)[0]
-        self._at += struct.calcsize("<" + layout_)
-        return int(value)
-
-    def blob(self, length: int) -> bytes:
-        if self._at + length > len(self._body):
-            raise struct.error("body too short")
-        data = self._body[self._at : self._at + length]
-        self._at += length
-        return data
-
-    def text(self) -> str:
-        return self.blob(self.number("I")).decode()
-
-    def mapping(self) -> dict[str, str]:
-        inner = _Fields(self.blob(self.number("I")))
-        items = {}
-        while inner._at < len(inner._body):
-            key = inner.text()
-            items[key] = inner.text()
-        return items
-
-
-_DAMAGE = (struct.error, UnicodeDecodeError, ValueError, RuntimeError, zstandard.ZstdError)
 
 
 class Scan:
@@ -135,13 +110,14 @@ class Scan:
         self.result = ScanResult()
         self._schemas: dict[int, tuple[str, str, str]] = {}
         self._channels: dict[int, ScannedChannel] = {}
-        try:
-            with path.open("rb") as stream:
-                self.result.size = path.stat().st_size
-                magic = stream.read(len(layout.MAGIC))
-        except OSError as error:
-            raise DataError(f"cannot read {path}: {error.strerror}") from error
-        if magic != layout.MAGIC:
+        self._attached = 0  # bytes
+        with open_file(path) as stream:
+            try:
+                self.result.size = os.fstat(stream.fileno()).st_size
+                known = stream.read(len(layout.MAGIC)) == layout.MAGIC or _has_chunk(stream)
+            except OSError as error:
+                raise DataError(f"cannot read {path}: {error.strerror}") from error
+        if not known:
             raise DataError(
                 f"{path} is no MCAP file",
                 expected="the MCAP magic at its beginning",
@@ -154,61 +130,114 @@ class Scan:
         return tuple(self._channels.values())
 
     def __iter__(self) -> Iterator[ScannedMessage]:
-        result = self.result
         with (
-            self.path.open("rb") as stream,
+            open_file(self.path) as stream,
             mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data,
         ):
-            at = result.read = len(layout.MAGIC)
-            size = min(result.size, len(data))
-            while at + _HEAD.size <= size:
-                opcode, length = _HEAD.unpack_from(data, at)
-                body = at + _HEAD.size
-                if opcode == 0:
-                    break
-                if body + length > size:
-                    if opcode == layout.CHUNK:
-                        yield from self._partial_chunk(data[body:size])
-                    break
+            size = min(self.result.size, len(data))
+            self._read_summary(data, size)
+            yield from self._walk(data, size)
+
+    def _walk(self, data: mmap.mmap, size: int) -> Iterator[ScannedMessage]:
+        """Go from record to record; where that leads nowhere, to the next whole chunk."""
+        result = self.result
+        at = result.read = len(layout.MAGIC)
+        sure = at  # the end of the last chunk that is whole: nothing before it is looked for again
+        unsure = 0  # records since then
+        chunks = Chunks(data, size)
+        while True:
+            record = _record_at(data, at, size)
+            if record is None:
+                chunk = chunks.find(sure)
+                if chunk is None:
+                    yield from self._cut_chunk(data, at, size)
+                    return
+                if chunk.begin < at:
+                    chunks.wasted(at - chunk.begin + unsure * _STEP)
+                result.broken += 1
+            else:
+                opcode, end = record
                 if opcode == layout.FOOTER:
-                    end = body + length
                     result.closed = data[end:size] == layout.MAGIC
                     result.read = size if result.closed else end
-                    break
-                if opcode == layout.CHUNK and length < _MAX_CHUNK:
-                    yield from self._chunk(data[body : body + length])
-                elif opcode == layout.MESSAGE:
-                    yield from self._message(data[body : body + length])
-                else:
-                    self._record(opcode, data[body : body + length])
-                at = result.read = body + length
+                    return
+                chunk = chunks.whole(at) if opcode == layout.CHUNK else None
+                if chunk is None:
+                    yield from self._passed(opcode, data, at, end)
+                    at = result.read = end
+                    unsure += 1
+                    continue
+                result.broken += end != chunk.end
+            result.chunks += 1
+            unsure = 0
+            yield from self._contents(chunk.records)
+            at = sure = result.read = chunk.end
 
-    def _record(self, opcode: int, body: bytes) -> None:
-        """Take in a record that is no message; a damaged one is passed over."""
-        fields = _Fields(body)
+    def _passed(self, opcode: int, data: mmap.mmap, at: int, end: int) -> Iterator[ScannedMessage]:
+        """Take in what stands at a place and is no whole chunk."""
+        result = self.result
+        if opcode == layout.CHUNK:
+            result.damaged_chunks += 1
+        elif opcode == layout.MESSAGE:
+            # Not in a file with chunks: there it would be something else that looks like one.
+            if not (result.chunks or result.damaged_chunks or result.broken):
+                yield from self._message(data[at + _HEAD.size : end])
+        elif opcode in _TAKEN:
+            self._record(opcode, data[at + _HEAD.size : end])
+
+    def _read_summary(self, data: mmap.mmap, size: int) -> None:
+        """Take the topics from the index at the end: the chunk that introduces them may be damaged."""
+        end = size - len(layout.MAGIC) - _FOOTER.size
+        if end < len(layout.MAGIC) or data[size - len(layout.MAGIC) : size] != layout.MAGIC:
+            return
+        opcode, length, start, _, checksum = _FOOTER.unpack_from(data, end)
+        if (opcode, length) != (layout.FOOTER, _FOOTER.size - _HEAD.size) or not 0 < start < end:
+            return
+        if checksum not in (0, zlib.crc32(data[start : end + _FOOTER.size - 4])):
+            return
+        while start < end and (record := _record_at(data, start, end)) is not None:
+            opcode, stop = record
+            if opcode in (layout.SCHEMA, layout.CHANNEL):
+                self._record(opcode, data[start + _HEAD.size : stop], sure=True)
+            start = stop
+
+    def _record(self, opcode: int, body: bytes, *, sure: bool = False) -> None:
+        """Take in a record that is no message; a damaged one is passed over.
+
+        Args:
+            opcode: Kind of the record.
+            body: Its fields.
+            sure: A checksum covers it. What is not sure does not take the place of what is known.
+        """
+        fields = Fields(body)
         try:
             if opcode == layout.SCHEMA:
                 number = fields.number("H")
                 name, encoding = fields.text(), fields.text()
                 text = fields.blob(fields.number("I")).decode()
-                self._schemas[number] = (name, encoding, text)
+                if sure or number not in self._schemas:
+                    self._schemas[number] = (name, encoding, text)
             elif opcode == layout.CHANNEL:
                 number = fields.number("H")
                 schema = self._schemas.get(fields.number("H"), ("", "", ""))
                 topic, encoding = fields.text(), fields.text()
-                self._channels[number] = ScannedChannel(topic, *schema, encoding, fields.mapping())
+                channel = ScannedChannel(topic, *schema, encoding, fields.mapping())
+                if sure or number not in self._channels:
+                    self._channels[number] = channel
             elif opcode == layout.ATTACHMENT:
-                fields.blob(16)
+                fields.skip(16)
                 name, media_type = fields.text(), fields.text()
                 content = fields.blob(fields.number("Q"))
                 checksum = fields.number("I")
-                if checksum in (0, zlib.crc32(body[:-4])):
+                self._attached += len(content)
+                # They do not overlap, unless a file is made so that they do, thousands of times.
+                if checksum in (0, zlib.crc32(body[:-4])) and self._attached <= self.result.size:
                     attachment = ScannedAttachment(name, media_type, content)
                     self.result.attachments.append(attachment)
             elif opcode == layout.METADATA and fields.text() == "rosbag2":
                 text = fields.mapping().get("serialized_metadata", "")
                 self.result.serialized_metadata = text
-        except _DAMAGE:
+        except DAMAGE:
             return
 
     def _message(self, body: bytes) -> Iterator[ScannedMessage]:
@@ -222,37 +251,13 @@ class Scan:
         self.result.messages += 1
         yield ScannedMessage(channel, sequence, log_ns, publish_ns, body[_MESSAGE.size :])
 
-    def _chunk(self, body: bytes) -> Iterator[ScannedMessage]:
-        try:
-            size, checksum, compression, packed = self._chunk_fields(body)
-            raw = _decompress(compression, packed, size)
-            if len(raw) != size or checksum not in (0, zlib.crc32(raw)):
-                raise ValueError("wrong checksum")
-        except _DAMAGE:
-            self.result.damaged_chunks += 1
-            return
-        self.result.chunks += 1
-        yield from self._contents(raw)
-
-    def _partial_chunk(self, body: bytes) -> Iterator[ScannedMessage]:
-        try:
-            _, _, compression, packed = self._chunk_fields(body, whole=False)
-            raw = _decompress_partly(compression, packed)
-        except _DAMAGE:
+    def _cut_chunk(self, data: mmap.mmap, at: int, size: int) -> Iterator[ScannedMessage]:
+        """The messages at the beginning of a chunk in which the file ends."""
+        if at + _HEAD.size > size or data[at] != layout.CHUNK:
             return
         before = self.result.messages
-        yield from self._contents(raw)
+        yield from self._contents(beginning(data[at + _HEAD.size : size]))
         self.result.partial_messages = self.result.messages - before
-
-    @staticmethod
-    def _chunk_fields(body: bytes, *, whole: bool = True) -> tuple[int, int, str, bytes]:
-        fields = _Fields(body)
-        fields.blob(16)
-        size, checksum, compression = fields.number("Q"), fields.number("I"), fields.text()
-        length = fields.number("Q")
-        if size > _MAX_CHUNK:
-            raise ValueError("implausible size")
-        return size, checksum, compression, fields.blob(length) if whole else body[fields._at :]
 
     def _contents(self, raw: bytes) -> Iterator[ScannedMessage]:
         """The messages of a decompressed chunk, up to the last whole record."""
@@ -265,26 +270,29 @@ class Scan:
             if opcode == layout.MESSAGE:
                 yield from self._message(raw[at : at + length])
             else:
-                self._record(opcode, raw[at : at + length])
+                self._record(opcode, raw[at : at + length], sure=True)
             at += length
 
 
-def _decompress(compression: str, packed: bytes, size: int) -> bytes:
-    if compression == "zstd":
-        return zstandard.ZstdDecompressor().decompress(packed, max_output_size=size)
-    if compression == "lz4":
-        return bytes(lz4.frame.decompress(packed))
-    if compression:
-        raise ValueError(f"unknown compression {compression}")
-    return packed
+def _has_chunk(stream: BinaryIO) -> bool:
+    """Whether a file whose first bytes are damaged holds a whole chunk."""
+    if not stream.seek(0, os.SEEK_END):
+        return False  # there is nothing to map
+    with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
+        return Chunks(data, len(data)).find(0) is not None
 
 
-def _decompress_partly(compression: str, packed: bytes) -> bytes:
-    """As much of a cut chunk as its complete blocks hold."""
-    if compression == "zstd":
-        return zstandard.ZstdDecompressor().decompressobj().decompress(packed)
-    if compression == "lz4":
-        return bytes(lz4.frame.LZ4FrameDecompressor().decompress(packed))
-    if compression:
-        raise ValueError(f"unknown compression {compression}")
-    return packed
+def _record_at(data: mmap.mmap, at: int, size: int) -> tuple[int, int] | None:
+    """Opcode and end of the record at a place; None when there is none that could be one."""
+    if at + _HEAD.size > size:
+        return None
+    opcode, length = _HEAD.unpack_from(data, at)
+    end = at + _HEAD.size + length
+    known = layout.HEADER <= opcode <= layout.DATA_END or opcode >= _PRIVATE
+    if not known or end > size or (opcode == layout.CHUNK and length >= MAX_CHUNK):
+        return None
+    if opcode == layout.FOOTER and not (
+        length == _FOOTER.size - _HEAD.size and layout.MAGIC.startswith(data[end:size])
+    ):
+        return None
+    return int(opcode), int(end)

@@ -17,11 +17,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hri_prediction.errors import DataError
+from hri_prediction.errors import DataError, cut
 
 _SEPARATOR = "=" * 80
 _FIELD = re.compile(r"^(?P<type>[A-Za-z][\w/]*)(?:<=\d+)?(?:\[[^\]]*\])?\s+[A-Za-z]\w*")
 _PRIMITIVE = re.compile(r"^(bool|byte|char|w?string|float(32|64)|u?int(8|16|32|64))$")
+_TYPE = re.compile(r"[a-z][a-z0-9_]{0,80}/(msg|srv|action)/[A-Z][A-Za-z0-9_]{0,120}")
 _UUID = "unique_identifier_msgs/UUID goal_id\n"
 
 
@@ -153,11 +154,18 @@ _INNER = {
 def message_class(type_name: str) -> Any:
     """Python class of a message type, also of those behind actions and service events.
 
+    The name may come from a file: what is imported by it is a package of messages, whose definition is
+    installed, and nothing else.
+
     Raises:
         DataError: when no such type is installed.
     """
     try:
+        if not _TYPE.fullmatch(type_name):
+            raise ValueError(type_name)
         package, kind, name = type_name.split("/")
+        if _own_text(package, kind, name) is None:
+            raise ImportError(type_name)
         module = importlib.import_module(f"{package}.{kind}")
         if kind == "msg":
             return getattr(module, name)
@@ -168,6 +176,6 @@ def message_class(type_name: str) -> Any:
         return found
     except (ImportError, AttributeError, ValueError) as error:
         raise DataError(
-            f"message type {type_name} is not installed here",
+            f"message type {cut(type_name)} is not installed here",
             hint="build its package into the environment and start again",
         ) from error

@@ -27,15 +27,20 @@ class BagWriter:
 
     Messages are collected in memory and go to the operating system as whole compressed chunks:
     when a chunk is full, at :meth:`flush`, and when :meth:`flush_if_due` finds the oldest message
-    older than ``flush_period``. ``kill -9`` therefore loses at most that much (no fsync: a power
-    cut may lose more). A first metadata.yaml is written at the start, the final one at the end.
+    older than ``flush_period``. ``kill -9`` therefore loses at most that much. What the operating
+    system has goes to the disk itself at :meth:`flush_if_due` every ``sync_period``, and at the end: a
+    power cut loses at most the two periods together. A first metadata.yaml is written at the start,
+    the final one at the end.
 
-    Not thread-safe: one thread writes.
+    Not thread-safe: one thread writes. As a context it closes itself, and raises :class:`DataError`
+    when the disk did not take all messages.
 
     Args:
         folder: Folder to create; it must not exist or be empty.
         custom_data: Free strings for metadata.yaml (seed, git revision, …).
         flush_period: Greatest age of a message in memory [s].
+        sync_period: Greatest age of a chunk that the disk itself does not have yet [s]; 0 leaves it to
+            the operating system until the end.
         chunk_bytes: Uncompressed size of a chunk [bytes]. Larger compresses better.
         min_free_bytes: Free space below which nothing more is written, so that the bag can still
             be closed in order [bytes]; 0 switches the check off.
@@ -51,12 +56,17 @@ class BagWriter:
         *,
         custom_data: dict[str, str] | None = None,
         flush_period: float = 0.5,
+        sync_period: float = 0.0,
         chunk_bytes: int = 1 << 20,
         min_free_bytes: int = 0,
     ) -> None:
         self.folder = Path(folder).absolute()
         self._custom_data = dict(custom_data or {})
         self._flush_ns = round(flush_period * 1e9)
+        self._sync_ns = round(sync_period * 1e9)
+        self._synced_bytes = 0
+        self._next_sync_ns = 0
+        self._unsure: DataError | None = None
         self._min_free = min_free_bytes
         self._topics: list[TopicInfo] = []
         self._channels: dict[str, int] = {}
@@ -160,16 +170,16 @@ class BagWriter:
             sequence: Publisher's sequence number, 0 when not known.
 
         Raises:
-            DataError: the disk does not take the full chunk. The message is kept in memory: do
-                not write it again, but call :meth:`flush` when there may be space.
+            DataError: the disk does not take the full chunk, or has too little space left. The message
+                is kept in memory: do not write it again, but call :meth:`flush` when there may be
+                space.
         """
         if self._oldest is None:
             self._oldest = time.monotonic_ns()
         publish = log_time_ns if publish_time_ns is None else publish_time_ns
-        before = self._file.message_count
         self._file.add_message(channel, log_time_ns, publish, data, sequence % MAX_SEQUENCE)
-        if self._file.message_count != before:
-            self._oldest = None
+        if self._file.full:
+            self.flush()
 
     def flush(self) -> None:
         """Hand everything to the operating system.
@@ -183,13 +193,22 @@ class BagWriter:
         self._oldest = None
 
     def flush_if_due(self) -> None:
-        """Flush when the oldest message in memory is older than the flush period.
+        """Flush when the oldest message in memory is older than the flush period; sync likewise.
 
         Raises:
-            DataError: as :meth:`flush`.
+            DataError: as :meth:`flush`; or the disk itself did not take what it was given.
         """
-        if self._oldest is not None and time.monotonic_ns() - self._oldest >= self._flush_ns:
+        now_ns = time.monotonic_ns()
+        if self._oldest is not None and now_ns - self._oldest >= self._flush_ns:
             self.flush()
+        if self._sync_ns and now_ns >= self._next_sync_ns and self.size != self._synced_bytes:
+            self._next_sync_ns = now_ns + self._sync_ns
+            self._synced_bytes = self.size
+            try:
+                self._file.sync()
+            except DataError as error:
+                self._unsure = error  # asked again, the disk would say that all is well
+                raise
 
     def add_attachment(self, name: str, media_type: str, data: bytes) -> None:
         """Put a whole file into the bag.
@@ -206,7 +225,8 @@ class BagWriter:
         index. A second call returns the same metadata.
 
         Raises:
-            DataError: not even the index found room. The messages stay readable by salvage.
+            DataError: not even the index found room: the messages stay readable by salvage. Or the
+                disk has at some time not taken what it was given.
         """
         if self._closed is not None:
             return self._closed
@@ -216,14 +236,27 @@ class BagWriter:
             self.lost_messages += self._file.discard_pending()
         metadata = self._metadata()
         self._closed = metadata
+        # Before the index: a bag whose writer ends in between is not closed, rather than closed and empty.
+        final = self._try_metadata(metadata)
         try:
             serialized = {"serialized_metadata": metadata.to_yaml(top_key=False)}
             self._file.add_metadata("rosbag2", serialized)
             self._file.finish()
         finally:
             self._file.release()
-        write_metadata(self.folder, metadata)
+        if not final:
+            write_metadata(self.folder, metadata)
+        if self._unsure is not None:
+            raise self._unsure
         return metadata
+
+    def _try_metadata(self, metadata: BagMetadata) -> bool:
+        """Write metadata.yaml if there is room: if not, the index may take what there is."""
+        try:
+            write_metadata(self.folder, metadata)
+        except DataError:
+            return False
+        return True
 
     def _metadata(self) -> BagMetadata:
         file = self._file
@@ -249,3 +282,8 @@ class BagWriter:
         trace: TracebackType | None,
     ) -> None:
         self.close()
+        if error is None and self.lost_messages:
+            raise DataError(
+                f"{self.lost_messages} messages did not fit the disk of {self.folder}",
+                hint="free some disk space and try again, or choose another disk",
+            )

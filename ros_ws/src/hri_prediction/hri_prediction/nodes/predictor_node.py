@@ -170,7 +170,7 @@ class PredictorNode(HriNode):
             if fresh is not None and arm.prediction.state is ReachState.REACHING:
                 self._compute_ms.append(fresh + spent_ms)
             if arm.prediction.state is ReachState.INVALID:
-                self.fault(f"invalid {body_id}", f"{body_id}: {arm.prediction.reason}")
+                self.fault(f"invalid {body_id}", f"{body_id} invalid: {arm.prediction.reason}")
             arm.publisher.publish(
                 message_from_prediction(arm.prediction, body_id, self._library_name)
             )
@@ -192,10 +192,12 @@ class PredictorNode(HriNode):
         figures: dict[str, Any] = {"library": self._library_name or "none (constant velocity)"}
         level, words = OK, []
         for body_id, arm in self._arms.items():
-            state = arm.prediction.state.name.lower() if arm.prediction else "not seen"
-            if arm.prediction is not None and arm.prediction.state is ReachState.INVALID:
-                level = ERROR
-                state = f"invalid: {arm.prediction.reason}"
+            if arm.prediction is None:
+                level, state = max(level, WARN), "not seen yet"
+            elif arm.prediction.state is ReachState.INVALID:
+                level, state = ERROR, f"invalid: {arm.prediction.reason}"
+            else:
+                state = arm.prediction.state.name.lower()
             words.append(f"{body_id} {state}")
             if arm.turned:
                 figures[f"{body_id} turned"] = arm.turned

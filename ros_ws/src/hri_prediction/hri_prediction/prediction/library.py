@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hri_prediction.errors import DataError
+from hri_prediction.errors import DataError, HriError
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.promp.learning import learn
 from hri_prediction.promp.model import ProMP
@@ -169,7 +169,9 @@ class TaskLibrary:
                 place=str(header.get("place", "")),
                 facing_deg=tuple(float(angle) for angle in header.get("facing_deg", ())),
             )
-        except (KeyError, TypeError, ValueError) as error:
+        except HriError as error:
+            raise DataError(f"{path}: {error.problem}", expected=error.expected) from error
+        except (ArithmeticError, LookupError, TypeError, ValueError) as error:
             raise DataError(f"{path}: the library lacks or garbles {error}") from error
 
 

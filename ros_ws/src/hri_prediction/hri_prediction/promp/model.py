@@ -244,7 +244,7 @@ class ProMP:
                 arrays[f"{prefix}covariance"],
                 arrays[f"{prefix}noise"],
             )
-        except (KeyError, TypeError, ValueError, IndexError) as error:
+        except (ArithmeticError, LookupError, TypeError, ValueError) as error:
             raise DataError(f"a ProMP lacks or garbles {error}") from error
         cholesky(model.covariance, "stored weight covariance")
         cholesky(model.noise, "stored observation noise")

@@ -3,34 +3,18 @@
 from __future__ import annotations
 
 import json
-import tokenize
-import zipfile
-import zlib
+import reprlib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from hri_prediction.errors import DataError
+from hri_prediction.errors import DataError, HriError
+from hri_prediction.files.arrays import read_arrays
+from hri_prediction.files.values import parse_json
 from hri_prediction.promp.model import ProMP
 
 FORMAT = "hri-promp-1"
-
-# All that numpy and zipfile raise on files whose bits were changed at random.
-_UNREADABLE = (
-    OSError,
-    ValueError,
-    KeyError,
-    EOFError,
-    AttributeError,
-    TypeError,
-    MemoryError,
-    OverflowError,
-    RuntimeError,
-    tokenize.TokenError,
-    zipfile.BadZipFile,
-    zlib.error,
-)
 
 
 def write_npz(path: str | Path, arrays: dict[str, Any], header: dict[str, Any]) -> None:
@@ -46,18 +30,18 @@ def read_npz(path: str | Path, *formats: str) -> tuple[dict[str, Any], dict[str,
     """
     expected = " or ".join(formats)
     try:
-        with np.load(path, allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in archive.files}
-        header = json.loads(str(arrays.pop("header")[()]))
-    except _UNREADABLE as error:
-        # Not what numpy says of pickles: to load one "unsafely" is no way out.
-        text = " ".join(str(error).split()).partition(" If you trust")[0]
+        arrays = read_arrays(path)
+        header = parse_json(str(arrays.pop("header")[()]))
+    except DataError as error:
+        raise DataError(error.problem, expected=f"a .npz of format {expected}") from error
+    except (KeyError, ValueError) as error:
+        what = "it has no header" if isinstance(error, KeyError) else f"its header is bad: {error}"
         raise DataError(
-            f"cannot read {path}: {text}", expected=f"a .npz of format {expected}"
+            f"cannot read {path}: {what}", expected=f"a .npz of format {expected}"
         ) from error
     found = header.get("format") if isinstance(header, dict) else None
     if found not in formats:
-        raise DataError(f"{path} has format {found!r}", expected=expected)
+        raise DataError(f"{path} has format {reprlib.repr(found)}", expected=expected)
     return arrays, header
 
 
@@ -74,4 +58,7 @@ def load_promp(path: str | Path) -> ProMP:
         DataError: on damaged or foreign files.
     """
     arrays, header = read_npz(path, FORMAT)
-    return ProMP.from_arrays(arrays, header)
+    try:
+        return ProMP.from_arrays(arrays, header)
+    except HriError as error:
+        raise DataError(f"{path}: {error.problem}", expected=error.expected) from error

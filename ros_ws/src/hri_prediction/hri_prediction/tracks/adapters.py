@@ -34,9 +34,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from hri_prediction.arm.geometry import FloatArray
-from hri_prediction.errors import DataError
+from hri_prediction.errors import DataError, cut, shown
 from hri_prediction.tracks.importers.qtm import read_qtm
-from hri_prediction.tracks.tables import row_spans
+from hri_prediction.tracks.tables import one_number, row_spans
 from hri_prediction.tracks.track import ArmTrack
 
 WRIST_BEHIND_HAND_M = 0.03
@@ -71,10 +71,10 @@ def tracks_from_adl(arrays: Mapping[str, np.ndarray], source: str) -> list[ArmTr
     missing = [name for name in _ADL_ARRAYS if name not in arrays]
     if missing:
         raise DataError(f"array {missing[0]} is missing", expected=", ".join(_ADL_ARRAYS))
-    names = arrays["joint_names"].tolist()
+    names = _names(arrays, "joint_names")
     absent = [joint for joint in _ADL_JOINTS if joint not in names]
     if absent:
-        raise DataError(f"joint_names are {', '.join(map(str, names))}", expected=absent[0])
+        raise DataError(f"joint_names are {cut(', '.join(names))}", expected=absent[0])
     pos = arrays["pos"]
     if pos.ndim != 3 or pos.shape[1:] != (len(names), 3) or pos.dtype.kind != "f":
         raise DataError(
@@ -91,16 +91,17 @@ def tracks_from_adl(arrays: Mapping[str, np.ndarray], source: str) -> list[ArmTr
             raise DataError(
                 f"{name} is {array.dtype} {array.shape}", expected=f"{what} ({len(spans)},)"
             )
-    if tasks.shape != (len(spans),):
-        raise DataError(f"task has shape {tasks.shape}", expected=f"({len(spans)},)")
+    if tasks.shape != (len(spans),) or tasks.dtype.kind != "U":
+        raise DataError(f"task is {tasks.dtype} {tasks.shape}", expected=f"texts ({len(spans)},)")
     tracks = []
     for trial, (first, last) in enumerate(spans):
         side = str(arrays["side"][trial])
         if side not in _ADL_SIDES:
-            raise DataError(f"side of trial {trial} is {side!r}", expected="L or R")
+            raise DataError(f"side of trial {trial} is {shown(side)}", expected="L or R")
         tracks.append(
             ArmTrack(
-                time_s=(np.arange(last - first) - int(arrays["onset"][trial])) / ADL_RATE_HZ,
+                time_s=(np.arange(last - first, dtype=float) - float(arrays["onset"][trial]))
+                / ADL_RATE_HZ,
                 keypoints=pos[first:last, columns],
                 side=_ADL_SIDES[side],
                 subject=f"ADL{int(arrays['subject'][trial]):03d}",
@@ -156,7 +157,7 @@ def tracks_from_runs(arrays: Mapping[str, np.ndarray], source: str) -> list[ArmT
     missing = [name for name in _RUN_ARRAYS if name not in arrays]
     if missing:
         raise DataError(f"array {missing[0]} is missing", expected=", ".join(_RUN_ARRAYS))
-    names = [str(name) for name in arrays["marker_names"].tolist()]
+    names = _names(arrays, "marker_names")
     pos = arrays["pos"]
     if pos.ndim != 3 or pos.shape[1:] != (len(names), 3) or pos.dtype.kind != "f":
         raise DataError(
@@ -169,9 +170,9 @@ def tracks_from_runs(arrays: Mapping[str, np.ndarray], source: str) -> list[ArmT
                 f"{name} is {arrays[name].dtype} {arrays[name].shape}",
                 expected=f"integers ({len(spans)},)",
             )
-    rate = float(arrays["rate_hz"]) if arrays["rate_hz"].ndim == 0 else 0.0
+    rate = one_number(arrays, "rate_hz")
     if not rate > 0.0:
-        raise DataError(f"rate_hz is {arrays['rate_hz']!r}", expected="one positive number")
+        raise DataError(f"rate_hz is {rate}", expected="one positive number")
     tracks = []
     for number, (first, last) in enumerate(spans):
         points = pos[first:last].astype(float)
@@ -187,6 +188,14 @@ def tracks_from_runs(arrays: Mapping[str, np.ndarray], source: str) -> list[ArmT
             )
         )
     return tracks
+
+
+def _names(arrays: Mapping[str, np.ndarray], key: str) -> list[str]:
+    """A list of texts."""
+    names = arrays[key]
+    if names.ndim != 1 or names.dtype.kind != "U":
+        raise DataError(f"{key} is {names.dtype} {names.shape}", expected="texts (names,)")
+    return [str(name) for name in names]
 
 
 def _qtm_keypoints(markers: Mapping[str, FloatArray]) -> FloatArray:

@@ -34,7 +34,7 @@ from __future__ import annotations
 
 import csv
 import io
-import zipfile
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -42,7 +42,9 @@ from typing import Any
 import numpy as np
 
 from hri_prediction.arm.geometry import KEYPOINTS
-from hri_prediction.errors import DataError
+from hri_prediction.errors import DataError, cut, shown
+from hri_prediction.files.arrays import parse_arrays
+from hri_prediction.files.content import read_content
 from hri_prediction.tracks.adapters import (
     is_adl_arrays,
     is_run_arrays,
@@ -53,12 +55,13 @@ from hri_prediction.tracks.adapters import (
 from hri_prediction.tracks.importers.qtm import is_qtm_text
 from hri_prediction.tracks.plausible import check_arm
 from hri_prediction.tracks.rate import check_rate
-from hri_prediction.tracks.tables import parse_number, row_spans
+from hri_prediction.tracks.tables import csv_rows, parse_number, row_spans
 from hri_prediction.tracks.track import ArmTrack
 
 SCHEMA = "hri_arm_tracks/1"
 CSV_COLUMNS = ("time_s", *(f"{point}_{axis}" for point in KEYPOINTS for axis in "xyz"))
 _CSV_KEYS = ("side", "subject", "task", "trial", "source")
+_TRIAL = re.compile("-?[0-9]{1,9}")
 _KNOWN = (
     "an .npz of arm tracks, a .csv with the header time_s,shoulder_x,..., the ADL Vicon reach.npz, "
     "the pick-and-place runs.npz, or a QTM .tsv export"
@@ -83,10 +86,7 @@ def load_tracks(path: str | Path) -> list[ArmTrack]:
             that is wrong.
     """
     path = Path(path)
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise DataError(f"cannot read {path}: {error.strerror}") from error
+    content = read_content(path)
     try:
         is_npz = content[:2] == b"PK"
         tracks = _load_npz(content, path.name) if is_npz else _load_text(content, path)
@@ -161,12 +161,10 @@ def _csv_text(track: ArmTrack) -> str:
 
 def _load_npz(content: bytes, name: str) -> list[ArmTrack]:
     try:
-        with np.load(io.BytesIO(content), allow_pickle=False) as archive:
-            arrays = {key: archive[key] for key in archive.files}
-    except (ValueError, OSError, EOFError, KeyError, zipfile.BadZipFile) as error:
+        arrays = parse_arrays(content)
+    except DataError as error:
         raise DataError(
-            f"cannot be read as .npz: {' '.join(str(error).split())}",
-            expected="a whole .npz file of plain arrays (no objects)",
+            f"cannot be read as .npz: {error.problem}", expected=error.expected
         ) from error
     if "schema" in arrays or "keypoints" in arrays:
         return _tracks_from_arrays(arrays)
@@ -175,14 +173,14 @@ def _load_npz(content: bytes, name: str) -> list[ArmTrack]:
     if is_run_arrays(arrays):
         return tracks_from_runs(arrays, name)
     raise DataError(
-        f"an .npz with the arrays {', '.join(arrays) or 'none'} is not known", expected=_KNOWN
+        f"an .npz with the arrays {cut(', '.join(arrays)) or 'none'} is not known", expected=_KNOWN
     )
 
 
 def _tracks_from_arrays(arrays: Mapping[str, np.ndarray]) -> list[ArmTrack]:
     schema = str(arrays.get("schema", "none"))
     if schema != SCHEMA:
-        raise DataError(f"schema = {schema!r}", expected=SCHEMA)
+        raise DataError(f"schema = {shown(schema)}", expected=SCHEMA)
     missing = [
         key for key in ("time_s", "keypoints", "start", "length", "side") if key not in arrays
     ]
@@ -248,7 +246,7 @@ def _track_from_csv(text: str, name: str) -> ArmTrack:
         body += 1
     if body == len(lines):
         raise DataError("the file holds no table", expected=_KNOWN)
-    header = [cell.strip() for cell in next(csv.reader([lines[body]]))]
+    header = [cell.strip() for cell in next(csv_rows([lines[body]], body + 1))]
     if "time_s" not in header:
         raise DataError(f"line {body + 1} is {lines[body][:60]!r}", expected=_KNOWN, hint=_IMPORT)
     missing = [column for column in CSV_COLUMNS if column not in header]
@@ -256,7 +254,7 @@ def _track_from_csv(text: str, name: str) -> ArmTrack:
         raise DataError(f"column {missing[0]} is missing", expected=", ".join(CSV_COLUMNS))
     order = [header.index(column) for column in CSV_COLUMNS]
     rows = []
-    for number, cells in enumerate(csv.reader(lines[body + 1 :]), start=body + 2):
+    for number, cells in enumerate(csv_rows(lines[body + 1 :], body + 2), start=body + 2):
         if not cells:
             continue
         if len(cells) != len(header):
@@ -266,8 +264,8 @@ def _track_from_csv(text: str, name: str) -> ArmTrack:
         raise DataError(f"the table has {len(rows)} rows", expected="at least two")
     table = np.array(rows)
     trial = values.get("trial") or "0"
-    if not trial.lstrip("-").isdigit():
-        raise DataError(f"trial: {trial!r}", expected="a whole number")
+    if not _TRIAL.fullmatch(trial):
+        raise DataError(f"trial: {shown(trial)}", expected="a whole number")
     return ArmTrack(
         time_s=table[:, 0],
         keypoints=table[:, 1:].reshape(-1, 4, 3),

@@ -12,6 +12,7 @@ import numpy as np
 from hri_planner.rnn.encounters import Encounter, in_all_directions, smoothed
 from hri_planner.rnn.model import STEP_S
 from hri_prediction.errors import DataError
+from hri_prediction.files.content import open_file
 from hri_prediction.tracks.segmentation import find_reaches
 from hri_sim.policies.datasets import VALIDATION_SHARE, DataSet
 from hri_sim.policies.handovers import PEOPLE, holds_handovers, load_handovers
@@ -33,6 +34,7 @@ _MARGIN_S = 0.3
 _AT_REST_M = 0.004
 _RESTING_STEPS = 4
 _LEAST_ROWS = 32
+_PIECE = 1 << 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,7 +215,9 @@ def recording_hash(path: Path) -> str:
     try:
         files = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
         for file in files:
-            digest.update(file.read_bytes())
+            with open_file(file) as stream:
+                while piece := stream.read(_PIECE):
+                    digest.update(piece)
     except OSError as error:
         raise DataError(f"cannot read {path}: {error.strerror}") from error
     return digest.hexdigest()[:16]

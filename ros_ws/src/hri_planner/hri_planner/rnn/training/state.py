@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hri_prediction.errors import DataError
+from hri_prediction.errors import DataError, cut
+from hri_prediction.files.values import parse_json
 from hri_prediction.promp.storage import read_npz, write_npz
 
 FORMAT = "hri-rnn-training-1"
@@ -102,16 +103,16 @@ def load_state(path: Path, what: str) -> TrainingState | None:
             groups[group][rest] = values
         best = header["best_value"]
         return TrainingState(
-            stage=header["stage"],
-            round=header["round"],
+            stage=str(header["stage"]),
+            round=int(header["round"]),
             weights=groups["weights"],
             best=groups["best"],
-            best_value=float("inf") if best is None else best,
-            stale=header["stale"],
+            best_value=float("inf") if best is None else float(best),
+            stale=int(header["stale"]),
             memory=groups["memory"],
-            generator=json.loads(header["generator"]),
-            history=tuple(header["history"]),
-            processor_seconds=header["processor_seconds"],
+            generator=dict(parse_json(header["generator"])),
+            history=tuple(dict(line) for line in header["history"]),
+            processor_seconds=float(header["processor_seconds"]),
         )
-    except (KeyError, ValueError) as error:
-        raise DataError(f"{path}: {error!r}", hint="remove it to begin anew") from error
+    except (ArithmeticError, LookupError, TypeError, ValueError) as error:
+        raise DataError(f"{path}: {cut(repr(error))}", hint="remove it to begin anew") from error

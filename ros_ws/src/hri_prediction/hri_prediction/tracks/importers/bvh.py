@@ -18,10 +18,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hri_prediction.arm.geometry import FloatArray
-from hri_prediction.errors import DataError
+from hri_prediction.errors import DataError, cut
 from hri_prediction.tracks.importers.markers import MarkerData, unique_labels
 from hri_prediction.tracks.tables import is_number
 
+_MOST_STIFF = 4
+"""Joints and end sites for each channel: each of them has a place in each frame."""
 _CHANNELS = tuple(f"{axis}{kind}" for kind in ("position", "rotation") for axis in "xyz")
 
 
@@ -59,7 +61,13 @@ def read_bvh(text: str, source: str) -> MarkerData:
     if not found:
         raise DataError("the BVH file has no line MOTION", expected="a skeleton and its motion")
     joints = parse_hierarchy(skeleton)
-    period, values = _motion(motion, sum(len(joint.channels) for joint in joints))
+    columns = sum(len(joint.channels) for joint in joints)
+    if len(joints) > _MOST_STIFF * columns:
+        raise DataError(
+            f"the BVH skeleton has {len(joints)} joints and ends for {columns} channels",
+            expected="channels that move the joints",
+        )
+    period, values = _motion(motion, columns)
     return MarkerData(
         format="BVH",
         labels=unique_labels([joint.name for joint in joints]),
@@ -99,7 +107,9 @@ def parse_hierarchy(text: str) -> list[Joint]:
             name = " ".join(iter(lambda: take(1)[0], "{"))
             parent = open_joints[-1] if open_joints else -1
             if (parent < 0) != (word == "ROOT"):
-                raise DataError(f"the BVH skeleton is bad: {word} {name} stands at a wrong place")
+                raise DataError(
+                    f"the BVH skeleton is bad: {word} {cut(name)} stands at a wrong place"
+                )
             joints.append(Joint(f"{joints[parent].name}_end" if word == "END" else name, parent))
             open_joints.append(len(joints) - 1)
         elif word == "}" and open_joints:
@@ -108,15 +118,17 @@ def parse_hierarchy(text: str) -> list[Joint]:
             joints[open_joints[-1]].offset = _numbers(take(3), "OFFSET")
         elif word == "CHANNELS" and open_joints:
             count = take(1)[0]
-            counted = count.isascii() and count.isdigit()
+            counted = count.isascii() and count.isdigit() and len(count) < 3
             names = tuple(name.lower() for name in take(int(count) if counted else 0))
             unknown = [name for name in names if name not in _CHANNELS]
             if not counted or unknown or len(set(names)) != len(names):
                 raise DataError(
-                    f"the BVH skeleton is bad: CHANNELS {count} {' '.join(names)}",
+                    f"the BVH skeleton is bad: CHANNELS {cut(count)} {cut(' '.join(names))}",
                     expected="a number and different names such as Zrotation",
                 )
             joint = joints[open_joints[-1]]
+            if joint.channels:
+                raise DataError(f"the BVH skeleton is bad: {cut(joint.name)} has CHANNELS twice")
             joint.channels, joint.first = names, columns
             columns += len(names)
         else:

@@ -14,7 +14,7 @@ from typing import Any
 import ezc3d
 import numpy as np
 
-from hri_prediction.errors import DataError
+from hri_prediction.errors import DataError, cut
 from hri_prediction.tracks.importers.c3d_check import MOST_FRAMES, check_counts
 from hri_prediction.tracks.importers.c3d_order import BLOCK, intel_of_mips
 from hri_prediction.tracks.importers.markers import MarkerData, unique_labels
@@ -31,13 +31,16 @@ def is_c3d(content: bytes) -> bool:
     return 0 < start < len(content) - 4 and content[start + 3] in _PROCESSORS
 
 
-def read_c3d(path: Path) -> MarkerData:
+def read_c3d(path: Path, content: bytes) -> MarkerData:
     """Read the points of a C3D file.
+
+    Args:
+        path: The file, which ezc3d opens itself.
+        content: What is in it.
 
     Raises:
         DataError: when it is damaged or cut off, or holds no points.
     """
-    content = path.read_bytes()
     if not is_c3d(content):
         raise DataError(
             "the C3D header is bad: it does not point to a parameter section",
@@ -50,11 +53,14 @@ def read_c3d(path: Path) -> MarkerData:
         group = file["parameters"]["POINT"]
         points = np.asarray(file["data"]["points"], dtype=np.float64)
         residuals = np.asarray(file["data"]["meta_points"]["residuals"][0])
+        header = file["header"]["points"]
+        rate = float(_first(group, "RATE", 0.0)) or float(header["frame_rate"])
+        first = int(header["first_frame"]) + 1
     except DataError:
         raise
     except Exception as error:  # ezc3d raises plain RuntimeError, OSError, ValueError, KeyError
         raise DataError(
-            f"the C3D file ({order}) cannot be read: {' '.join(str(error).split())}",
+            f"the C3D file ({order}) cannot be read: {cut(' '.join(str(error).split()))}",
             expected="a whole C3D file",
         ) from error
     count = points.shape[1]
@@ -67,9 +73,6 @@ def read_c3d(path: Path) -> MarkerData:
     positions = np.moveaxis(points[:3], 0, -1).swapaxes(0, 1)
     positions[(residuals < 0.0).T] = np.nan
     positions[~np.isfinite(positions).all(axis=-1)] = np.nan
-    header = file["header"]["points"]
-    rate = float(_first(group, "RATE", 0.0)) or float(header["frame_rate"])
-    first = int(header["first_frame"]) + 1
     screen = str(_first(group, "Y_SCREEN", "")).strip().lower()
     return MarkerData(
         format="C3D",

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hri_prediction.arm.geometry import KEYPOINTS, SIDES, FloatArray
-from hri_prediction.errors import ConfigError, DataError
+from hri_prediction.errors import ConfigError, DataError, cut
 from hri_prediction.tracks.importers.marker_sets import (
     MARKER_SETS,
     SIDE_WORDS,
@@ -164,7 +164,7 @@ def _row(name: str, data: MarkerData, subject: str) -> int:
 def shown_labels(data: MarkerData) -> str:
     """The labels, as many as can be read."""
     more = len(data.labels) - _SHOWN
-    return ", ".join(data.labels[:_SHOWN]) + (f" and {more} more" if more > 0 else "")
+    return ", ".join(map(cut, data.labels[:_SHOWN])) + (f" and {more} more" if more > 0 else "")
 
 
 def _side_of(names: list[str]) -> str:

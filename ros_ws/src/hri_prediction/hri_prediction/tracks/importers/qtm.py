@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hri_prediction.errors import DataError
+from hri_prediction.errors import DataError, cut
 from hri_prediction.tracks.importers.markers import MarkerData, unique_labels
 from hri_prediction.tracks.importers.text import rows_to_arrays, table_rows
 from hri_prediction.tracks.tables import is_number, parse_number
@@ -33,7 +33,7 @@ def read_qtm(text: str, source: str) -> MarkerData:
     header = {line[0].strip(): line[1:] for line in cells[:top]}
     kind = (header.get("DATA_INCLUDED") or ["3D"])[0].strip()
     if kind != "3D":
-        raise DataError(f"the QTM export holds {kind} data", expected="an export of 3D data")
+        raise DataError(f"the QTM export holds {cut(kind)} data", expected="an export of 3D data")
     rate = parse_number((header.get("FREQUENCY") or [""])[0], "FREQUENCY")
     if not rate > 0.0:
         raise DataError(f"FREQUENCY = {rate}", expected="a line FREQUENCY with a positive number")

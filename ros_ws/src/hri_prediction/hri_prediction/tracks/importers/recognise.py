@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from hri_prediction.errors import DataError
+from hri_prediction.files.content import read_content
 from hri_prediction.tracks.importers.bvh import is_bvh, read_bvh
 from hri_prediction.tracks.importers.c3d import is_c3d, read_c3d
 from hri_prediction.tracks.importers.markers import MarkerData
@@ -30,16 +31,14 @@ def read_markers(path: str | Path) -> MarkerData:
             the file and the first thing that is wrong.
     """
     path = Path(path)
+    content = read_content(path)
     try:
-        content = path.read_bytes()
         if path.suffix.lower() == ".c3d" or is_c3d(content):
-            return read_c3d(path)
+            return read_c3d(path, content)
         text = decode(content)
         for matches, read in _TEXTS:
             if matches(text):
                 return read(text, path.name)
-    except OSError as error:
-        raise DataError(f"cannot read {path}: {error.strerror}") from error
     except DataError as error:
         raise DataError(
             f"{path}: {error.problem}", expected=error.expected, hint=error.hint

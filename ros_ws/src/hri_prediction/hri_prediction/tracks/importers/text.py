@@ -11,6 +11,9 @@ from hri_prediction.arm.geometry import FloatArray
 from hri_prediction.errors import DataError
 from hri_prediction.tracks.tables import parse_number
 
+_MOST_LACKING = 50
+"""Cells that rows lack at their ends for each that is there: markers that are nearly never seen."""
+
 
 def decode(content: bytes) -> str:
     """Text of a file: UTF-8 (with or without its mark), UTF-16 with its mark, else Windows' 1252.
@@ -52,6 +55,7 @@ def table_rows(
         DataError: naming the line when a row has another number of cells, or one is no number.
     """
     rows: list[list[float]] = []
+    there, lacking = 0, 0
     for number, line in enumerate(lines[first - 1 :], start=first):
         cells = line.rstrip("\r\n").split(separator)
         if not any(cell.strip() for cell in cells):
@@ -60,6 +64,12 @@ def table_rows(
             cells.pop()
         lack = width - len(cells)
         if padded and lack > 0 and lack % 3 == 0 and line.endswith(("\n", "\r")):
+            there, lacking = there + len(cells), lacking + lack
+            if lacking > _MOST_LACKING * (there + width):
+                raise DataError(
+                    f"up to line {number} the rows lack {lacking} of their cells",
+                    expected=f"{width} in each, as in the header",
+                )
             cells += [""] * lack
         if len(cells) != width:
             raise DataError(

@@ -10,7 +10,7 @@ import itertools
 
 import numpy as np
 
-from hri_prediction.errors import DataError
+from hri_prediction.errors import DataError, cut, shown
 from hri_prediction.tracks.importers.markers import MarkerData, unique_labels
 from hri_prediction.tracks.importers.text import rows_to_arrays, table_rows
 from hri_prediction.tracks.tables import parse_number
@@ -47,7 +47,7 @@ def read_trc(text: str, source: str) -> MarkerData:
     odd = [names[column] for column in named if (column - 2) % 3]
     if odd:
         raise DataError(
-            f"the TRC header is bad: marker {odd[0]!r} does not stand above an x",
+            f"the TRC header is bad: marker {shown(odd[0])} does not stand above an x",
             expected="one name above three columns",
         )
     # Line 5 numbers the coordinates: it must exist, and name as many columns as there are.
@@ -93,5 +93,5 @@ def _notes(header: dict[str, str], frames: int, markers: int) -> tuple[str, ...]
     for key, found, what in (("numframes", frames, "frames"), ("nummarkers", markers, "markers")):
         said = header.get(key, "")
         if said and said != str(found):
-            notes.append(f"the header says {said} {what}, the table has {found}")
+            notes.append(f"the header says {cut(said)} {what}, the table has {found}")
     return tuple(notes)

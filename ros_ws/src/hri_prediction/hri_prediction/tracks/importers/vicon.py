@@ -6,20 +6,18 @@ columns), Frame and Sub Frame with the axes, and the units. It ends at an empty 
 
 from __future__ import annotations
 
-import csv
-
 import numpy as np
 
-from hri_prediction.errors import DataError
+from hri_prediction.errors import DataError, cut, shown
 from hri_prediction.tracks.importers.markers import MarkerData, unique_labels
 from hri_prediction.tracks.importers.text import rows_to_arrays, table_rows
-from hri_prediction.tracks.tables import parse_number
+from hri_prediction.tracks.tables import csv_rows, parse_number
 
 _PARTS = ("trajectories", "devices", "joints", "model outputs", "segments", "events")
 
 
-def _cells(line: str) -> list[str]:
-    return [cell.strip() for cell in next(csv.reader([line.rstrip("\r\n")]), [])]
+def _cells(line: str, number: int) -> list[str]:
+    return [cell.strip() for cell in next(csv_rows([line.rstrip("\r\n")], number), [])]
 
 
 def is_vicon(text: str) -> bool:
@@ -48,10 +46,10 @@ def read_vicon(text: str, source: str) -> MarkerData:
             expected="rate, markers, axes, units and rows below Trajectories",
         )
     rate = parse_number(heads[top + 1], f"line {top + 2}")
-    names, axes, units = (_cells(lines[top + k]) for k in (2, 3, 4))
+    names, axes, units = (_cells(lines[top + k], top + k + 1) for k in (2, 3, 4))
     if not axes or axes[0].lower() != "frame":
         raise DataError(
-            f"the Nexus header is bad: line {top + 4} begins with {axes[0] if axes else ''!r}",
+            f"the Nexus header is bad: line {top + 4} begins with {shown(axes[0] if axes else '')}",
             expected="Frame, Sub Frame, X, Y, Z, …",
         )
     named = [
@@ -64,7 +62,7 @@ def read_vicon(text: str, source: str) -> MarkerData:
     said = {cell for column in named for cell in units[column : column + 3]}
     if len(said) != 1:
         raise DataError(
-            f"the Nexus header is bad: line {top + 5} has the units {', '.join(sorted(said))}",
+            f"the Nexus header is bad: line {top + 5} has the units {cut(', '.join(sorted(said)))}",
             expected="one unit of all markers",
         )
     end = next(
