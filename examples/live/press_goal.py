@@ -19,7 +19,7 @@ import tty
 import rclpy
 from std_msgs.msg import Header
 
-from hri_planner.pibb.experiment import find_experiment, load_experiment
+from hri_planner.pibb.experiment_file import find_experiment, load_experiment
 from hri_prediction.errors import HriError
 from hri_prediction.ros.conversions import WORLD
 from hri_prediction.ros.messages import GoalGuess, IdsList

@@ -40,39 +40,58 @@ OUTCOMES = {
 }  # fmt: skip
 
 
-def is_heard(node: Node, cues: Publisher, timeout_s: float = 5.0) -> bool:
+class Turns:
+    """Turns of a node's work, between which Ctrl-C and SIGTERM take effect.
+
+    Within rclpy's C++ part what their handler raises comes out as an error of another kind.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self.node = node
+        self._signals: list[int] = []
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda number, frame: self._signals.append(number))
+
+    def take(self, timeout_s: float) -> None:
+        """Let messages in for at most so long; raises KeyboardInterrupt, once for a signal."""
+        rclpy.spin_once(self.node, timeout_sec=timeout_s)
+        if self._signals:
+            self._signals.clear()
+            raise KeyboardInterrupt
+
+    def until(self, future: Future, timeout_s: float = math.inf) -> bool:
+        """Let messages in until an answer is there, or for so long."""
+        end = time.monotonic() + timeout_s
+        while not future.done() and time.monotonic() < end:
+            self.take(0.1)
+        return bool(future.done())
+
+
+def is_heard(turns: Turns, cues: Publisher, timeout_s: float = 5.0) -> bool:
     """Wait until somebody listens to cues, and a recorder too if there is one: else the cue is lost."""
     begin = time.monotonic()
     heard = False
     while time.monotonic() < begin + timeout_s:
-        rclpy.spin_once(node, timeout_sec=0.05)
-        known = node.get_subscriptions_info_by_topic(cues.topic_name)
+        turns.take(0.05)
+        known = turns.node.get_subscriptions_info_by_topic(cues.topic_name)
         names = {listener.node_name for listener in known}
         heard = cues.get_subscription_count() >= len(known) and bool(names - {"recorder"})
-        recorded = "recorder" in names or "recorder" not in node.get_node_names()
+        recorded = "recorder" in names or "recorder" not in turns.node.get_node_names()
         # Processes take up to a second to know of each other, and a recorder to find a new topic.
         if heard and recorded and time.monotonic() > begin + 1.0:
             return True
     return heard
 
 
-def who_moves(node: Node, timeout_s: float = 5.0) -> str:
+def who_moves(turns: Turns, timeout_s: float = 5.0) -> str:
     """The node that takes goals, waiting for one; empty: there is none."""
     end = time.monotonic() + timeout_s
     while time.monotonic() < end:
-        rclpy.spin_once(node, timeout_sec=0.1)
+        turns.take(0.1)
         for mover in ("ptomp", "policy"):
-            if node.get_publishers_info_by_topic(f"/{mover}/reach_target/_action/status"):
+            if turns.node.get_publishers_info_by_topic(f"/{mover}/reach_target/_action/status"):
                 return mover
     return ""
-
-
-def wait_for(node: Node, future: Future, timeout_s: float = math.inf) -> bool:
-    """Let messages in until an answer is there, or for so long; in short steps, for Ctrl-C."""
-    end = time.monotonic() + timeout_s
-    while not future.done() and time.monotonic() < end:
-        rclpy.spin_once(node, timeout_sec=0.1)
-    return bool(future.done())
 
 
 def main() -> int:
@@ -97,20 +116,23 @@ def main() -> int:
     if len(position) not in (0, 3) or not all(map(math.isfinite, position)):
         parser.error(f"goal {' '.join(options.goal)!r}: expected one name, or X Y Z in metres")
 
-    # Ctrl-C must not take ROS away, over which the goal is cancelled; SIGTERM does the same as Ctrl-C.
+    # Ctrl-C must not take ROS away, over which the goal is cancelled.
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
     node = Node("send_goal")
     try:
-        return send(node, options, position)
+        return send(Turns(node), options, position)
+    except KeyboardInterrupt:
+        # Before there was a goal, or again while it was being cancelled.
+        return 130
     finally:
         node.destroy_node()
         rclpy.try_shutdown()
 
 
-def send(node: Node, options: argparse.Namespace, position: list[float]) -> int:
+def send(turns: Turns, options: argparse.Namespace, position: list[float]) -> int:
     """Send cue and goal, wait for the result; the exit code."""
-    mover = who_moves(node)
+    node = turns.node
+    mover = who_moves(turns)
     if not mover:
         print(
             "nobody serves /ptomp/reach_target or /policy/reach_target: start ptomp or policy first",
@@ -124,7 +146,7 @@ def send(node: Node, options: argparse.Namespace, position: list[float]) -> int:
     client.wait_for_server(timeout_sec=5.0)
     moving = node.create_publisher(PoseStamped, "policy/goal", reliable(1))
     cues = node.create_publisher(Cue, "sim/cue", reliable(10))
-    if options.person and not is_heard(node, cues):
+    if options.person and not is_heard(turns, cues):
         print("nobody listens to /sim/cue: start the person first", file=sys.stderr)
         return 1
 
@@ -154,9 +176,9 @@ def send(node: Node, options: argparse.Namespace, position: list[float]) -> int:
 
     sent = client.send_goal_async(goal, feedback_callback=on_feedback)
     try:
-        wait_for(node, sent)
+        turns.until(sent)
         answer = sent.result().get_result_async()
-        if options.then and not wait_for(node, answer, options.after):
+        if options.then and not turns.until(answer, options.after):
             later = PoseStamped()  # without a stamp: now
             later.header.frame_id = WORLD
             later.pose.position.x, later.pose.position.y, later.pose.position.z = options.then
@@ -164,12 +186,13 @@ def send(node: Node, options: argparse.Namespace, position: list[float]) -> int:
             print(
                 "sent on: a goal that cannot be is named on /diagnostics, and the one before stays"
             )
-        wait_for(node, answer)
+        turns.until(answer)
     except KeyboardInterrupt:
         # Taken by the planner, perhaps, without our having heard of it.
-        cancelled = wait_for(node, sent, 2.0) and wait_for(
-            node, sent.result().cancel_goal_async(), 2.0
-        )
+        cancelled = False
+        if turns.until(sent, 2.0):
+            asked = sent.result().cancel_goal_async()
+            cancelled = turns.until(asked, 2.0) and bool(asked.result().goals_canceling)
         said = (
             "the goal is cancelled" if cancelled else "no answer: the robot may go on to the goal"
         )

@@ -13,6 +13,7 @@ from hri_prediction.ros.messages import ReachTarget
 from hri_prediction.ros.time import to_ns
 from hri_sim.scenario.schema import Scenario
 from hri_sim.testing import Graph, ReachHandle, cue, reach
+from hri_sim.testing.messages import numbers
 
 REST = 0.02  # rad/s
 PREDICTION = "/humans/bodies/person1/prediction"
@@ -88,27 +89,6 @@ def assert_finite(graph: Graph, besides: tuple[str, ...] = ()) -> None:
         for message in graph.messages(topic):
             for name, value in numbers(message, topic):
                 assert math.isfinite(value), f"{name} = {value}"
-
-
-def numbers(value: Any, name: str) -> list[tuple[str, float]]:
-    """All floats of a message, with their names."""
-    if isinstance(value, float):
-        return [(name, value)]
-    if hasattr(value, "get_fields_and_field_types"):
-        return [
-            found
-            for field in value.get_fields_and_field_types()
-            for found in numbers(getattr(value, field), f"{name}.{field}")
-        ]
-    if isinstance(value, str | bytes | bool | int | np.integer):
-        return []
-    if hasattr(value, "__iter__"):
-        array = np.asarray(value) if not isinstance(value, list) else None
-        if array is not None and array.dtype.kind == "f":
-            bad = array[~np.isfinite(array)]
-            return [(name, float(bad[0]))] if len(bad) else []
-        return [found for item in value for found in numbers(item, name)]
-    return []
 
 
 def finish(graph: Graph, handle: ReachHandle, timeout_s: float = 12.0) -> ReachTarget.Result:

@@ -16,7 +16,6 @@ from motions import (
     start_reach,
     tool_error,
 )
-from tampering import STILL, Bystander
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from hri_planner.robot.model import load_robot
@@ -25,6 +24,7 @@ from hri_prediction.ros.messages import PlannerStatus, ReachTarget
 from hri_prediction.ros.qos import reliable
 from hri_sim.scenario.schema import Scenario
 from hri_sim.testing import Graph, node_factory, reach
+from hri_sim.testing.spoiling import STILL, Bystander
 
 Result = ReachTarget.Result
 ARM_RADII = np.array([0.05, 0.04, 0.05])

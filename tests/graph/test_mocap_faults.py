@@ -4,7 +4,6 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-import tampering
 from motions import (
     PREDICTION,
     assert_finite,
@@ -14,12 +13,12 @@ from motions import (
     start_reach,
     stop_time_ms,
 )
-from tampering import ARM, REMAP, STILL, Bystander, Tamper
 
 from hri_prediction.ros.messages import ControllerState, HumanPrediction, ReachTarget
 from hri_prediction.ros.time import to_ns
 from hri_sim.scenario.schema import Scenario
-from hri_sim.testing import Graph, ReachHandle, node_factory
+from hri_sim.testing import Graph, ReachHandle, node_factory, spoiling
+from hri_sim.testing.spoiling import ARM, REMAP, STILL, Bystander, Tamper
 
 REACH_M = 0.29 + 0.26 + 0.09
 
@@ -33,7 +32,7 @@ def spoilt(make_graph: Callable[..., Graph]) -> Graph:
 
 
 def spoil_in_motion(
-    graph: Graph, scenario: Scenario, how: tampering.Spoil, seconds: float
+    graph: Graph, scenario: Scenario, how: spoiling.Spoil, seconds: float
 ) -> tuple[ReachHandle, float]:
     """Spoil the capture once robot and person move; the time at which it began."""
     handle = start_reach(graph, scenario)
@@ -67,9 +66,9 @@ def reasons(messages: list[HumanPrediction]) -> str:
     return "; ".join({m.reason for m in messages if m.reason})
 
 
-@pytest.mark.parametrize("how", [tampering.blind, tampering.not_a_number])
+@pytest.mark.parametrize("how", [spoiling.blind, spoiling.not_a_number])
 def test_half_a_second_without_the_arm(
-    spoilt: Graph, scenario: Scenario, how: tampering.Spoil
+    spoilt: Graph, scenario: Scenario, how: spoiling.Spoil
 ) -> None:
     handle, begin = spoil_in_motion(spoilt, scenario, how, 0.5)
     spoilt.run(0.48)
@@ -105,10 +104,10 @@ def test_a_stop_that_is_taken_back_in_between(
 
 
 @pytest.mark.parametrize(
-    ("how", "word"), [(tampering.swapped, "swapped"), (tampering.wrist_jump, "jump")]
+    ("how", "word"), [(spoiling.swapped, "swapped"), (spoiling.wrist_jump, "jump")]
 )
 def test_markers_that_cannot_be_believed(
-    spoilt: Graph, scenario: Scenario, how: tampering.Spoil, word: str
+    spoilt: Graph, scenario: Scenario, how: spoiling.Spoil, word: str
 ) -> None:
     handle, begin = spoil_in_motion(spoilt, scenario, how, 0.3)
     spoilt.run(0.3)
@@ -125,7 +124,7 @@ def test_markers_that_cannot_be_believed(
 
 
 def test_one_wild_sample_changes_nothing(spoilt: Graph, scenario: Scenario) -> None:
-    handle, begin = spoil_in_motion(spoilt, scenario, tampering.wrist_jump, 0.005)
+    handle, begin = spoil_in_motion(spoilt, scenario, spoiling.wrist_jump, 0.005)
     assert finish(spoilt, handle).outcome == ReachTarget.Result.REACHED
     seen = predictions_since(spoilt, begin)
     assert all(m.state != HumanPrediction.INVALID for m in seen)
@@ -133,7 +132,7 @@ def test_one_wild_sample_changes_nothing(spoilt: Graph, scenario: Scenario) -> N
 
 
 def test_another_frame_is_refused(spoilt: Graph, scenario: Scenario) -> None:
-    handle, begin = spoil_in_motion(spoilt, scenario, tampering.in_frame("camera"), 0.5)
+    handle, begin = spoil_in_motion(spoilt, scenario, spoiling.in_frame("camera"), 0.5)
     spoilt.run(0.48)
     assert stop_time_ms(spoilt, begin) <= 200.0
     assert any("'camera'" in fault for fault in spoilt.nodes["predictor"].faults)
@@ -145,7 +144,7 @@ def test_another_frame_is_refused(spoilt: Graph, scenario: Scenario) -> None:
 def test_stamps_in_the_future_are_refused(
     spoilt: Graph, scenario: Scenario, seconds: float
 ) -> None:
-    handle, begin = spoil_in_motion(spoilt, scenario, tampering.shifted_clock(seconds), 0.5)
+    handle, begin = spoil_in_motion(spoilt, scenario, spoiling.shifted_clock(seconds), 0.5)
     spoilt.run(0.48)
     assert stop_time_ms(spoilt, begin) <= 200.0
     assert any("in the future" in fault for fault in spoilt.nodes["predictor"].faults)
@@ -155,7 +154,7 @@ def test_stamps_in_the_future_are_refused(
 
 
 def test_the_source_s_clock_goes_back(spoilt: Graph, scenario: Scenario) -> None:
-    handle, begin = spoil_in_motion(spoilt, scenario, tampering.shifted_clock(-1.0), 0.5)
+    handle, begin = spoil_in_motion(spoilt, scenario, spoiling.shifted_clock(-1.0), 0.5)
     spoilt.run(0.48)
     assert stop_time_ms(spoilt, begin) <= 200.0
     assert "clock went back" in " ".join(spoilt.nodes["predictor"].health()[2])
@@ -166,7 +165,7 @@ def test_the_source_s_clock_goes_back(spoilt: Graph, scenario: Scenario) -> None
 
 
 def test_a_source_that_stays_in_the_past_ends_the_motion(spoilt: Graph, scenario: Scenario) -> None:
-    handle, _ = spoil_in_motion(spoilt, scenario, tampering.shifted_clock(-1.0), 60.0)
+    handle, _ = spoil_in_motion(spoilt, scenario, spoiling.shifted_clock(-1.0), 60.0)
     result = finish(spoilt, handle)
     assert result.outcome == ReachTarget.Result.LOST_INPUT
     assert "no usable sample" in result.reason

@@ -19,7 +19,6 @@ from motions import (
     stop_time_ms,
     tool_error,
 )
-from tampering import REMAP, Tamper, blind, wrist_jump
 
 from hri_planner.nodes.policy_config import DEFAULT_POLICY
 from hri_planner.nodes.ptomp_node import PtompNode
@@ -32,6 +31,7 @@ from hri_prediction.ros.qos import LATCHED, reliable
 from hri_prediction.ros.time import to_time
 from hri_sim.scenario.schema import Scenario
 from hri_sim.testing import Graph, ReachHandle, cue, node_factory, reach
+from hri_sim.testing.spoiling import REMAP, Tamper, blind, wrist_jump
 
 Result = ReachTarget.Result
 ACTION = "/policy/reach_target"
@@ -256,6 +256,24 @@ def test_models_are_loaded_between_motions(
     assert graph.messages(STATUS)[-1].stage == PolicyStatus.IDLE
     assert finish(graph, start(graph, scenario, 1)).outcome == Result.REACHED
     assert graph.messages(STATUS)[-1].policy == path
+
+
+def test_goals_may_name_those_of_the_policy(make: Callable[..., Graph], scenario: Scenario) -> None:
+    graph = make(policy="dmp_transfer")
+    answer = finish(graph, graph.reach(ReachTarget.Goal(target="sideways"), ACTION))
+    assert answer.outcome == Result.REJECTED
+    for name in ("left", "middle", "right", "start", scenario.reaches[0].robot_target):
+        assert name in answer.reason
+    handle = graph.reach(ReachTarget.Goal(target="left"), ACTION)
+    graph.run(0.3)
+    assert not handle.done
+    graph.cancel(handle)
+    assert finish(graph, handle).outcome == Result.CANCELLED
+    assert graph.call(
+        LoadModel, "/policy/load_model", LoadModel.Request(path=DEFAULT_POLICY)
+    ).success
+    answer = finish(graph, graph.reach(ReachTarget.Goal(target="left"), ACTION))
+    assert answer.outcome == Result.REJECTED
 
 
 def test_a_broken_model_keeps_the_node_from_starting(

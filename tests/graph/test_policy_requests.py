@@ -14,7 +14,7 @@ from rclpy.task import Future
 from hri_planner.dmp.model_file import load_dmp
 from hri_planner.nodes import adaptation_requests
 from hri_planner.nodes.adaptation_requests import ANSWER_S, PolicyRequests
-from hri_planner.pibb.experiment import find_experiment, load_experiment
+from hri_planner.pibb.experiment_file import find_experiment, load_experiment
 from hri_planner.robot.model import load_robot
 from hri_prediction.errors import GraphError
 from hri_prediction.ros.messages import PolicyStatus, ReachTarget
@@ -178,3 +178,37 @@ def test_when_the_filter_kept_the_robot_is_of_this_motion(motion) -> None:
     assert requests.kept_ns == 7
     requests.send(np.zeros(3), 1.0)
     assert requests.kept_ns is None
+
+
+def test_a_motion_by_another_policy_breaks_the_trial_off(motion, tmp_path: Path) -> None:
+    requests, action, hear = motion
+    hear(PolicyStatus(stage=PolicyStatus.MOVING, policy=str(tmp_path / "trial.npz")))
+    hear(PolicyStatus(stage=PolicyStatus.MOVING, policy="rnn_gru_9x9_d1"))
+    action.over(GoalStatus.STATUS_SUCCEEDED, ReachTarget.Result.REACHED)
+    with pytest.raises(GraphError, match="moved by rnn_gru_9x9_d1"):
+        requests.arrived()
+
+
+def test_what_is_forgotten_is_ended(motion) -> None:
+    requests, action, _ = motion
+    requests.forget()
+    assert len(action.cancels) == 1
+    requests.forget()
+    assert len(action.cancels) == 1
+
+
+@pytest.mark.parametrize("accepted", [True, False])
+def test_a_goal_that_is_taken_later_than_anybody_waits_for_it_is_ended(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, accepted: bool
+) -> None:
+    action = Motion()
+    monkeypatch.setattr(adaptation_requests, "ActionClient", lambda *_: action)
+    node: Any = SimpleNamespace(
+        create_client=lambda *_: Asked(), listen=lambda *_: None, now_ns=lambda: 7
+    )
+    requests = PolicyRequests(node, tmp_path / "trial.npz")
+    requests.send(np.zeros(3), 1.0)
+    requests.forget()
+    action.accepted = accepted
+    action.sent.set_result(action)
+    assert len(action.cancels) == accepted

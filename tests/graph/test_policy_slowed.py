@@ -14,13 +14,14 @@ from motions import (
     run_into_motion,
     tool_error,
 )
-from tampering import STILL, Bystander, Monitor
+from tampering import Monitor
 
 from hri_planner.policy.partner import Partner
 from hri_planner.robot.model import load_robot
 from hri_prediction.ros.messages import PolicyStatus, ReachTarget
 from hri_sim.scenario.schema import Scenario
 from hri_sim.testing import Graph, cue, node_factory, reach
+from hri_sim.testing.spoiling import STILL, Bystander
 
 ACTION = "/policy/reach_target"
 STATUS = "/policy/status"

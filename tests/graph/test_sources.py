@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from motions import finish, newest_speed, run_into_motion, start_reach, stop_time_ms
-from tampering import STILL, Tracker
+from tampering import Tracker
 
 from hri_planner.nodes.ptomp_node import PtompNode
 from hri_prediction.nodes.predictor_node import PredictorNode
@@ -17,6 +17,7 @@ from hri_prediction.tracks.track import ArmTrack
 from hri_sim.nodes.replayer_node import ReplayerNode
 from hri_sim.scenario.schema import Scenario
 from hri_sim.testing import Graph, node_factory, reach
+from hri_sim.testing.spoiling import STILL
 
 
 @pytest.fixture

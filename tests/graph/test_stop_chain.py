@@ -23,6 +23,7 @@ from hri_prediction.ros.time import seconds_to_ns
 from hri_sim.nodes.simulator_node import SimulatorNode
 from hri_sim.scenario.schema import Scenario
 from hri_sim.testing import Graph, scenes
+from hri_sim.testing.slow import SlowWorker
 
 
 @pytest.mark.parametrize("name", ["predictor", "person", "ptomp"])
@@ -236,7 +237,8 @@ def test_without_a_heartbeat_of_its_own_the_planner_stops_the_robot_too(
     since = graph.now_s
     graph.kill("predictor")
     graph.run(0.5)
-    assert not graph.messages("/separation/speed_scale")
+    with pytest.raises(GraphError, match="no node announces /separation/speed_scale"):
+        graph.messages("/separation/speed_scale")
     assert stop_time_ms(graph, since) <= 200
     assert graph.messages("/joint_trajectory_controller/joint_trajectory")[-1].points == []
     result = finish(graph, handle, 4.0)
@@ -282,32 +284,6 @@ def test_the_reason_of_a_stop_follows_its_cause(graph: Graph, scenario: Scenario
 def test_kill_names_the_nodes_there_are(graph: Graph) -> None:
     with pytest.raises(GraphError, match="person, predictor, ptomp, simulator"):
         graph.kill("nobody")
-
-
-class SlowWorker:
-    """Hands each result out long after its job was submitted, as on a machine that is too slow."""
-
-    def __init__(self, node: PtompNode, delay_s: float) -> None:
-        self._node, self._delay_ns = node, round(delay_s * 1e9)
-        self._ready_ns: int | None = None
-        self._result: Any = None
-
-    @property
-    def busy(self) -> bool:
-        return self._ready_ns is not None and self._node.now_ns() < self._ready_ns
-
-    def submit(self, job: Callable[[], Any]) -> None:
-        self._result = job()
-        self._ready_ns = self._node.now_ns() + self._delay_ns
-
-    def take(self) -> Any:
-        if self._ready_ns is None or self.busy:
-            return None
-        self._ready_ns = None
-        return self._result
-
-    def close(self) -> None:
-        """Nothing to end."""
 
 
 def test_plans_that_are_always_late_stop_the_robot_for_good(

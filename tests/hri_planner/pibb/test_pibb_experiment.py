@@ -9,9 +9,8 @@ import yaml
 
 from hri_planner.dmp.policy import HOME
 from hri_planner.pibb.costs import BALANCED, JOINT, CostWeights
-from hri_planner.pibb.experiment import (
-    Experiment,
-    Improvement,
+from hri_planner.pibb.experiment import Experiment, Improvement
+from hri_planner.pibb.experiment_file import (
     experiment_of,
     find_experiment,
     load_experiment,
@@ -30,6 +29,9 @@ CONTENT: dict[str, Any] = {
     "goals": {"left": [0.56, 0.24, 0.12], "right": [0.56, -0.24, 0.12]},
     "targets": {"left": [0.74, 0.32, 0.04], "right": [0.76, -0.26, 0.04]},
 }
+
+
+ELBOW = [float(v) for v in ROBOT.frames(np.array(CONTENT["posture"]))[1]]
 
 
 def changed(**changes: Any) -> Experiment:
@@ -220,11 +222,26 @@ def test_names_that_no_file_has_are_answered_with_some() -> None:
         ({"goals": {"left": GOALS["left"], HOME: GOALS["right"]},
           "targets": {"left": TARGETS["left"], HOME: TARGETS["right"]}}, "start"),
         ({"goals": {**GOALS, "left": GOALS["right"]}}, "left"),
+        ({"targets": {"left": [0.74, 0.32, 0.04], "right": [0.74, 0.25, 0.04]}},
+         r"targets of left and right are 7\.0 cm apart; expected at least 10 cm"),
+        ({"targets": {**TARGETS, "left": [0.74, 0.32, -0.02]}}, "target of left is within the table"),
+        ({"targets": {**TARGETS, "left": [0.8, 0.5, 0.3]}, "boxes": [box([0.8, 0.5, 0.3], [0.1] * 3)]},
+         "target of left is within obstacle 0"),
+        ({"targets": {**TARGETS, "right": [0.56, -0.3, 0.04]}},
+         r"target of right is 10\.0 cm from the goal right; expected at least 13 cm"),
+        # Beside the elbow, where neither tool nor goals are.
+        ({"boxes": [box(ELBOW, [0.1] * 3)]}, "the arm is -.* cm from an obstacle or the table"),
     ],
 )  # fmt: skip
 def test_what_the_robot_cannot_do_is_named(change: dict[str, Any], match: str) -> None:
     with pytest.raises(ConfigError, match=match):
         changed(**change).check(ROBOT)
+
+
+def test_a_key_is_pressed_wherever_the_targets_are() -> None:
+    """The hand of who presses rests: it keeps no robot off its goal, and is at no target."""
+    for right in ([0.56, -0.3, 0.04], [0.74, 0.25, 0.04]):
+        changed(targets={**TARGETS, "right": right}, response="press").check(ROBOT)
 
 
 def test_without_avoidance_the_planner_has_neither_field_nor_null_space() -> None:
@@ -233,3 +250,10 @@ def test_without_avoidance_the_planner_has_neither_field_nor_null_space() -> Non
     found = changed(avoidance=False).planner(config)
     assert (found.field_strength, found.link_reach, found.separation) == (0.0, 0.0, 0.2)
     assert changed().with_(duration=4.0).duration == 4.0
+
+
+def test_no_more_updates_are_averaged_than_there_are() -> None:
+    with pytest.raises(
+        ConfigError, match=r"averaged = 4; expected at most improvement\.updates = 3"
+    ):
+        Improvement(updates=3, averaged=4)

@@ -116,3 +116,18 @@ def test_hands_stir_only_beside_the_targets_and_when_they_move() -> None:
     nobody = Stirring(())
     nobody.hand("ann", NANO, HOME)
     assert nobody.since(5 * NANO) == 5 * NANO
+
+
+def test_a_hand_that_was_there_before_a_key_counts_though_it_is_heard_of_later() -> None:
+    place = reach(HOME, TARGETS["left"], 0.2, 0.5)
+    recording = Recording(ROBOT, TARGETS, AnswerConfig())
+    recording.begin(0)
+    late = [(round(time * NANO), place(time)) for time in np.arange(0.0, 1.5, PERIOD_S)]
+    for stamp_ns, tip in late[:30]:
+        recording.hand("ann", stamp_ns, tip)
+    recording.press("right", round(1.4 * NANO))
+    assert recording.answer is not None
+    assert recording.answer.goal == "right"
+    for stamp_ns, tip in late[30:]:
+        recording.hand("ann", stamp_ns, tip)
+    assert recording.answer.goal == "left"

@@ -19,7 +19,8 @@ from hri_planner.dmp.model_file import load_dmp, read_dmp, save_dmp
 from hri_planner.dmp.policy import DmpPolicy
 from hri_planner.pibb import storage
 from hri_planner.pibb.costs import TERM_NAMES, Terms
-from hri_planner.pibb.experiment import Experiment, experiment_of, to_mapping
+from hri_planner.pibb.experiment import Experiment
+from hri_planner.pibb.experiment_file import experiment_of, to_mapping
 from hri_planner.pibb.session import Session, State, row_of
 from hri_planner.pibb.storage import (
     COLUMNS,

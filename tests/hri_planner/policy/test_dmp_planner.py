@@ -195,6 +195,15 @@ def test_boxes_are_kept_out_of(strength: float) -> None:
     assert off.min() < 0.03, "which was in the way"
 
 
+def test_goals_in_boxes_are_refused() -> None:
+    """Also the one that a goal moves to."""
+    planner = new(boxes=BOX)
+    for over in (0.0, 0.1, 0.12):  # in it, too near for the tool, and for the filter
+        with pytest.raises(PlanningError, match=r"cm from box 0; expected at least 8\.0 cm"):
+            planner.check(BOX[0, 0] + np.array((0.0, 0.0, over)), POSTURE)
+    planner.check(BOX[0, 0] + np.array((0.0, 0.0, 0.131)), POSTURE)
+
+
 def test_the_floor_is_kept_above() -> None:
     planner = new(floor=0.1)
     with pytest.raises(PlanningError, match="puts the hand into the table"):

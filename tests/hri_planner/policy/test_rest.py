@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hri_planner.policy.rest import coming_to_rest
+from hri_planner.policy.rest import LIMIT_MARGIN, coming_to_rest
 from hri_planner.ptomp.plan import JointPlan
 
 MOST = 25.0
@@ -51,6 +51,17 @@ def test_a_joint_near_its_limit_stops_sooner() -> None:
     q, qd = np.zeros(7), np.full(7, 1.0)
     q[3] = 0.97
     plan = plan_of(q, qd)
-    assert plan.q[-1, 3] == pytest.approx(1.0)
+    assert plan.q[-1, 3] == pytest.approx(1.0 - LIMIT_MARGIN)
     assert plan.q[-1, 0] == pytest.approx(0.05)
     assert plan.sample(0.06)[1][3] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_joints_rest_before_their_limits() -> None:
+    """By the error with which they follow, where braking leaves the room for it."""
+    room, speed = 0.02, 0.5
+    q, qd = np.full(7, 1.0 - room), np.full(7, speed)
+    assert speed**2 / (2.0 * MOST) < room - LIMIT_MARGIN
+    plan = plan_of(q, qd)
+    assert plan.q[-1] == pytest.approx(1.0 - LIMIT_MARGIN)
+    already = plan_of(np.full(7, 0.9995), np.full(7, 0.05))  # within the margin: as short as can be
+    assert (already.q[-1] < 1.0).all()

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from hri_planner.policy.rest import LIMIT_MARGIN
 from hri_planner.policy.tool_velocity import ToolVelocity, ToolVelocityConfig
+from hri_planner.robot.kinematics import tool_jacobian
 from hri_planner.robot.model import load_robot
 
 DT = 0.004
@@ -60,6 +62,42 @@ def test_random_ways_stay_within_limits(seed: int) -> None:
         assert (np.abs(speeds) <= 0.9 * robot.velocity + 1e-9).all()
         q = q + speeds * DT
         assert robot.within_limits(q, 1e-9)
+
+
+@pytest.mark.parametrize("joint", range(7))
+@pytest.mark.parametrize("side", ["lower", "upper"])
+def test_a_joint_at_its_limit_leaves_the_tool_to_the_others(joint: int, side: str) -> None:
+    """It stays where it is or turns back, and never nears the limit."""
+    robot = load_robot()
+    inverse = ToolVelocity(robot, ToolVelocityConfig())
+    q, limit = BENT.copy(), getattr(robot, side)[joint]
+    sign = 1.0 if side == "upper" else -1.0
+    q[joint] = limit - sign * 1e-3  # nearer than the tool's motion brings it
+    jacobian = np.empty((3, 7))
+    tool_jacobian(q, robot.lengths, np.empty(3), jacobian)
+    # What the joint alone would make of the tool: outwards.
+    velocity = 0.1 * sign * jacobian[:, joint] / max(np.linalg.norm(jacobian[:, joint]), 0.05)
+    speeds, begun = np.zeros(7), q[joint]
+    tool = inverse.tool(q)
+    for step in range(100):
+        speeds = inverse.joint_speeds(q, speeds, tool + step * DT * velocity, velocity, DT)
+        q = q + speeds * DT
+        assert sign * (q[joint] - begun) <= 1e-9
+    assert robot.within_limits(q)
+    if np.linalg.norm(velocity) > 0.01 and joint < 6:
+        assert np.linalg.norm(inverse.tool(q) - tool) > 0.02  # the others go on
+
+
+def test_joints_keep_off_their_limits() -> None:
+    robot = load_robot()
+    inverse = ToolVelocity(robot, ToolVelocityConfig())
+    q, speeds = BENT.copy(), np.zeros(7)
+    inwards = robot.frames(q)[0] - inverse.tool(q)
+    for _ in range(1500):  # towards the shoulder, until the elbow can bend no more
+        speeds = inverse.joint_speeds(q, speeds, inverse.tool(q), 0.2 * inwards, DT)
+        q = q + speeds * DT
+        assert robot.within_limits(q, LIMIT_MARGIN * -1.0)
+    assert abs(q[3]) == pytest.approx(robot.upper[3] - LIMIT_MARGIN, abs=1e-3)
 
 
 def singular_way(kind: str, seed: int):

@@ -163,13 +163,14 @@ def test_the_picture_of_many_people_with_goals_of_their_own(tmp_path: Path) -> N
 def test_adds_and_exports(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     save_dmp("policy.npz", policy(1), {**LEARNT, "person": "p1", "seed": 3})
-    assert "added: runs/policies/transfer/ann.npz" in call("add", "policy.npz", "--person", "ann")
+    said = call("add", "policy.npz", "--person", "ann")
+    assert said.strip() == "added: runs/policies/transfer/ann.npz"
     with pytest.raises(ConfigError, match=r"there already.*--replace"):
         call("add", "policy.npz", "--person", "ann")
     call("add", "policy.npz", "--person", "ann", "--replace")
-    assert "shelf/b/bob.npz" in call(
-        "add", "policy.npz", "--person", "bob", "--experiment", "b", "--library", "shelf"
-    )
+    said = call("add", "policy.npz", "--person", "bob", "--experiment", "b", "--library", "shelf")
+    assert "shelf/b/bob.npz" in said
+    assert "learnt in transfer, not in b" in said
     assert "exported: out/x.npz" in call("export", "b", "bob", "out/x.npz", "--library", "shelf")
     found, learnt = read_dmp("out/x.npz")
     assert (learnt["person"], learnt["experiment"], learnt["seed"]) == ("bob", "b", 3)

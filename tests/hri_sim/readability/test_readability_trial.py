@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from hri_planner.pibb.costs import DEVIATION_M2, Terms, deviation
-from hri_planner.pibb.experiment import Improvement, find_experiment, load_experiment
+from hri_planner.pibb.experiment import Improvement
+from hri_planner.pibb.experiment_file import find_experiment, load_experiment
 from hri_planner.policy.config import PolicyConfig
 from hri_planner.robot.model import load_robot
+from hri_prediction.errors import DataError
 from hri_sim.readability.learning import generator, learn, read_policy
 from hri_sim.readability.participant import Participant
 from hri_sim.readability.traits import Traits, draw_traits
@@ -155,3 +157,36 @@ def test_moods_are_those_of_the_seed_for_any_policy() -> None:
     one = read_policy(bench, policy, traits, 5, 1)
     assert one == read_policy(bench, policy, traits, 5, 1)
     assert one != read_policy(bench, policy, traits, 6, 1)
+
+
+def test_trials_in_which_the_robot_does_not_arrive_are_made_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    tiny = HANDS.with_(improvement=Improvement(updates=1, rollouts=2, habituation=1))
+    whole, calls, missed = Bench.run, [], {2, 5}
+
+    def run(self: Bench, *given: object) -> TrialRecord:
+        record = whole(self, *given)
+        calls.append(record)
+        return replace(record, arrived_s=np.inf) if len(calls) in missed else record
+
+    monkeypatch.setattr(Bench, "run", run)
+    found = learn(ROBOT, tiny, 4, readings=1)
+    assert found.broken_off == 2
+    assert len(found.results) == 9
+    missed |= set(range(len(calls) + 1, len(calls) + 200))
+    with pytest.raises(DataError, match=r"person 4, .*: 5 trials in a row broken off"):
+        learn(ROBOT, tiny, 4, readings=1)
+
+
+def test_a_policy_is_judged_by_trials_that_come_to_an_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench, traits = Bench(ROBOT, HANDS), draw_traits(generator(1, 0), 3)
+    policy, record = HANDS.initial_policy(ROBOT), taken(HANDS, "left")
+    records = iter([replace(record, response_s=np.inf, guess=""), record, record])
+    monkeypatch.setattr(Bench, "run", lambda *_: next(records))
+    found = read_policy(bench, policy, traits, 1, 1)
+    assert (found.trials, found.broken_off) == (3, 1)
+    assert found.prediction_time == pytest.approx(record.response_s)
+    monkeypatch.setattr(Bench, "run", lambda *_: replace(record, arrived_s=np.inf))
+    with pytest.raises(DataError, match="in none of 3 trials"):
+        read_policy(bench, policy, traits, 1, 1)

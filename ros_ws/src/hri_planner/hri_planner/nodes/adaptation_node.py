@@ -22,6 +22,7 @@ from hri_planner.nodes.adaptation_config import AdaptationConfig
 from hri_planner.nodes.adaptation_reporting import STAGES, status_of
 from hri_planner.nodes.adaptation_requests import PolicyRequests
 from hri_planner.pibb.beginning import opened_session
+from hri_planner.pibb.nearness import Nearness
 from hri_planner.pibb.recording import Recording, Stirring, check_clock
 from hri_planner.pibb.session import Session, Trial
 from hri_planner.pibb.storage import save_session
@@ -45,6 +46,10 @@ AT_START_M = 0.006
 """A tool so near to the start is there: policies end their motions within 5 mm [m]."""
 _KEPT_NS = 500_000_000
 """A filter that has changed nothing for so long does not keep the robot from anywhere [ns]."""
+_SILENT_NS = 500_000_000
+"""A robot of which nothing has been heard for so long is waited for [ns]."""
+_MOVES_RAD_S = 0.02
+"""A robot with a faster joint moves; on one that rests people may lay a hand between trials [rad/s]."""
 TRIAL_FILE = "trial.npz"
 """The policy with the present trial's sample, for the policy node."""
 
@@ -85,8 +90,10 @@ class AdaptationNode(HriNode):
         experiment = self.session.experiment
         self._targets = dict(experiment.targets) if experiment.response == "hand" else {}
         self._stirring = Stirring(self._targets.values())
+        self._near: Nearness | None = None
+        self._between = Nearness(self._robot, experiment.solids)
         self._heard = ArmInputs(radii=config.radii)
-        self._heard_joints = False
+        self._joints_ns: int | None = None
         self._trial: Trial | None = None
         self._policy: DmpPolicy | None = None
         self._recording: Recording | None = None
@@ -100,6 +107,11 @@ class AdaptationNode(HriNode):
         self.listen(IdsList, "humans/bodies/tracked", _Hands(self, self._heard).take, LATCHED)
         self.listen(GoalGuess, "humans/guess", self._on_guess, reliable(10))
         self.serve(Trigger, "adaptation/update", self._on_update)
+
+    @property
+    def between(self) -> float:
+        """Smallest distance of the moving robot outside of trials that count [m]; very large at first."""
+        return min(self._between.distance, NOBODY)
 
     def close(self) -> None:
         """Let the action go."""
@@ -116,11 +128,13 @@ class AdaptationNode(HriNode):
         except DataError as error:
             self.fault("joints", str(error))
             return
-        self._heard_joints = True
-        if self._recording is not None:
-            if self.stage == MOVING:
-                self._recording.joints(to_ns(message.header.stamp), self._heard.q)
-            self._recording.near(self._heard.separation(self._robot))
+        self._joints_ns = self.now_ns()
+        moves = float(np.abs(self._heard.qd).max()) > _MOVES_RAD_S
+        if self._near is not None or moves:
+            near = self._near or self._between
+            near.take(self._heard.q, self._heard.separation(self._robot))
+        if self._recording is not None and self.stage == MOVING:
+            self._recording.joints(to_ns(message.header.stamp), self._heard.q)
 
     def hand_seen(self, body_id: str, stamp_ns: int, tip: NDArray[np.float64]) -> None:
         """Take the place of a hand (3,) [m] with its stamp [ns]."""
@@ -184,12 +198,14 @@ class AdaptationNode(HriNode):
                     reason=self._reason,
                     person=self._config.person,
                     aborted=self._aborted,
+                    between=self.between,
                 )
             )
 
     def _act(self, now_ns: int) -> None:
-        if not self._heard_joints or self._heard.tracked is None:
-            self._reason = "nothing heard of " + ("people" if self._heard_joints else "the robot")
+        silent = self._joints_ns is None or now_ns - self._joints_ns > _SILENT_NS
+        if silent or self._heard.tracked is None:
+            self._reason = "nothing heard of " + ("the robot" if silent else "people")
         elif self.stage == IDLE:
             self._go_back(now_ns)
         elif self.stage == RETURNING:
@@ -214,6 +230,8 @@ class AdaptationNode(HriNode):
 
     def _go_back(self, now_ns: int) -> None:
         """To the start, from where the next trial begins; none is left: over."""
+        if self._in_row and now_ns - self._since_ns < seconds_to_ns(self._config.pause):
+            return  # what was in the way may take a moment
         self._begin_anew()
         self._trial = self.session.next_trial()
         if self._trial is None:
@@ -245,6 +263,7 @@ class AdaptationNode(HriNode):
             self._reason = "a hand moves beside the targets: the trial begins when it rests"
             return
         self._recording = Recording(self._robot, self._targets, self._config)
+        self._near = Nearness(self._robot, self.session.experiment.solids)
         self._beside_ns = None
         self._requests.send(self._policy.goals[trial.goal], self._policy.duration)
         self._enter(MOVING, now_ns)
@@ -277,6 +296,7 @@ class AdaptationNode(HriNode):
         assert self._trial is not None
         assert self._recording is not None
         assert self._policy is not None
+        assert self._near is not None
         answer = self._recording.answer
         if answer is None:
             if now_ns - self._since_ns > seconds_to_ns(self._config.answer_timeout):
@@ -284,14 +304,13 @@ class AdaptationNode(HriNode):
             return
         trial, before = self._trial, self.session.state
         terms = self._recording.terms(self._policy, trial.goal, self.session.indistinctness(trial))
-        nearest = min(self._recording.clearance(self.session.experiment.solids), NOBODY)
-        result = self.session.finish(trial, answer.goal, terms, nearest)
+        result = self.session.finish(trial, answer.goal, terms, min(self._near.distance, NOBODY))
         try:
             self._save()
         except HriError:
             self.session.state = before
             raise
-        self._in_row, self._recording = 0, None
+        self._in_row, self._recording, self._near = 0, None, None
         said = "right" if terms.task == 0.0 else f"taken for {result.guess}"
         self.get_logger().info(
             f"trial {trial.number + 1} of {self.session.trials}: {trial.goal}, {said} "
@@ -313,7 +332,9 @@ class AdaptationNode(HriNode):
 
     def _begin_anew(self) -> None:
         """No trial is on."""
-        self._trial = self._policy = self._recording = None
+        if self._near is not None:
+            self._between.join(self._near)
+        self._trial = self._policy = self._recording = self._near = None
         if self.stage == READY:
             self._enter(IDLE, self.now_ns())
 

@@ -16,7 +16,14 @@ STAGES = ("idle", "returning", "ready", "moving", "answering", "over", "stopped"
 
 
 def status_of(
-    session: Session, *, now_ns: int, stage: int, reason: str, person: str, aborted: int
+    session: Session,
+    *,
+    now_ns: int,
+    stage: int,
+    reason: str,
+    person: str,
+    aborted: int,
+    between: float,
 ) -> AdaptationStatus:
     """The status at a time [ns]; the goal of the present trial is not in it: people could read it."""
     state, plan = session.state, session.experiment.improvement
@@ -35,6 +42,7 @@ def status_of(
         aborted=aborted,
         last_trial=-1,
         last_clearance=NOBODY,
+        between_clearance=between,
     )
     if state.results:
         last = state.results[-1]

@@ -20,7 +20,7 @@ from hri_prediction.ros.qos import reliable
 from hri_prediction.ros.time import NANO, to_ns
 
 ANSWER_S = 5.0
-"""So long may the policy node take to answer a request [s]."""
+"""So long may the policy node take to answer a request, or say nothing of the motion under way [s]."""
 _ENDED = (ReachTarget.Result.CANCELLED, ReachTarget.Result.BLOCKED)
 _MOVES = (PolicyStatus.MOVING, PolicyStatus.WAITING, PolicyStatus.STOPPING)
 
@@ -51,7 +51,9 @@ class PolicyRequests:
         self._handle: Any = None
         self._result: Any = None
         self._ending: Any = None
+        self._moves_by = ""
         self._under_way = False
+        self._heard_ns = 0
         self.begins_ns: int | None = None
         self.kept_ns: int | None = None
 
@@ -61,7 +63,11 @@ class PolicyRequests:
 
     def _on_status(self, message: PolicyStatus) -> None:
         self._stage = message.stage
+        if message.stage in _MOVES:
+            self._heard_ns = self._node.now_ns()
         begins_ns = to_ns(message.handover)
+        if self._under_way and message.stage == PolicyStatus.MOVING and message.policy:
+            self._moves_by = message.policy
         if self._under_way and message.stage == PolicyStatus.MOVING and begins_ns:
             self.begins_ns = self.begins_ns or begins_ns
             if message.filtered:
@@ -116,15 +122,17 @@ class PolicyRequests:
         position = goal.pose.pose.position
         position.x, position.y, position.z = (float(value) for value in place)
         self.begins_ns, self.kept_ns, self._under_way = None, None, True
+        self._moves_by = ""
         self._handle = self._result = self._ending = None
         self._ask(self._reach.send_goal_async(goal))
+        self._heard_ns = self._asked_ns
 
     def arrived(self) -> bool:
         """Whether the motion that was sent is over as it should; false: it goes on.
 
         Raises:
             GraphError: when it ended before it reached its goal though nobody asked it to, or the policy
-                node is gone.
+                node is gone, or says nothing of it any more.
         """
         if self._result is None:
             handle = self._answer("policy/reach_target")
@@ -136,9 +144,21 @@ class PolicyRequests:
         if not self._result.done():
             if not self._reach.server_is_ready():
                 raise GraphError("the policy node is gone")
+            # A node that was killed seems to be there for some seconds, and one in its stead by then.
+            if self._node.now_ns() - self._heard_ns > ANSWER_S * NANO:
+                raise GraphError(
+                    f"the policy node has said nothing of the motion for {ANSWER_S:.0f} s",
+                    hint="it was started again, or hangs",
+                )
             return False
         answer, self._result = self._result.result(), None
         self._under_way = False
+        if self._moves_by not in ("", str(self._file)):
+            raise GraphError(
+                f"the policy node moved by {self._moves_by}",
+                expected=str(self._file),
+                hint="it was started again, or another policy was loaded into it",
+            )
         # Who was asked to end may have given up a moment before.
         ended = self._ending is not None and answer.result.outcome in _ENDED
         if answer.status != GoalStatus.STATUS_SUCCEEDED and not ended:
@@ -158,8 +178,14 @@ class PolicyRequests:
             self._ending = self._handle.cancel_goal_async()
 
     def forget(self) -> None:
-        """What was asked for does not count any more."""
-        self._asked = self._handle = self._result = self._ending = self._loaded = None
+        """What was asked for does not count any more; a motion under way is to end."""
+        if self._result is not None and not self._result.done():
+            self._handle.cancel_goal_async()
+        if self._asked is not None and self._under_way and self._loading is None:
+            # A goal that is taken later than anybody waits for it must not move the robot.
+            self._asked.add_done_callback(_cancel)
+        self._asked = self._handle = self._result = self._ending = None
+        self._loaded = self._loading = None
         self._under_way = False
 
     def _ask(self, future: Any) -> None:
@@ -173,3 +199,10 @@ class PolicyRequests:
             return None
         answer, self._asked = self._asked.result(), None
         return answer
+
+
+def _cancel(sent: Any) -> None:
+    """Cancel a goal as soon as it is known."""
+    handle = sent.result()
+    if handle is not None and handle.accepted:
+        handle.cancel_goal_async()

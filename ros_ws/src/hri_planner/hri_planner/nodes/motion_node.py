@@ -83,9 +83,8 @@ class MotionNode(HriNode):
             plans_once: Whether there is one plan for all of a motion.
         """
         # As in the code, not as the node may have been renamed: topics keep their names then.
-        name = self._name
-        self._motion_config, self._heard = config, inputs
-        self._replans, self._reports = replanning, reporting
+        name, self._motion_config, self.targets_by_name = self._name, config, config.targets
+        self._heard, self._replans, self._reports = inputs, replanning, reporting
         self._supervisor = Supervisor(
             config.rules(lockstep=self.lockstep, plans_once=plans_once), config.limits
         )
@@ -94,7 +93,8 @@ class MotionNode(HriNode):
         self._trajectory = self.announce(
             JointTrajectory, "joint_trajectory_controller/joint_trajectory", reliable(1)
         )
-        self._speed_scale = self.announce(Float64, "separation/speed_scale", reliable(1))
+        beat = Float64, "separation/speed_scale", reliable(1)  # a monitor sends it alone
+        self._speed_scale = self.announce(*beat) if config.heartbeat else None
         self.listen(JointState, "joint_states", self._on_joints, SENSOR)
         self.listen(
             ControllerState, "joint_trajectory_controller/reference", self._on_reference, SENSOR
@@ -137,7 +137,7 @@ class MotionNode(HriNode):
         now_ns, request = self.now_ns(), handle.request
         handle.execute()
         try:
-            target = target_of(request, self._motion_config.targets)
+            target = target_of(request, self.targets_by_name)
             self._authority.check(now_ns)
         except PlanningError as error:
             number, decision = self._supervisor.refuse(str(error), now_ns)
@@ -175,7 +175,7 @@ class MotionNode(HriNode):
             self._carry_out(now_ns, supervisor.tick(self._see(now_ns)))
         # One heartbeat at a time: that of the node which moves the robot, or holds it.
         mine = not other and (supervisor.active or not self._authority.engaged(now_ns))
-        if supervisor.heartbeat_due(now_ns) and mine:
+        if self._speed_scale is not None and supervisor.heartbeat_due(now_ns) and mine:
             self._speed_scale.publish(Float64(data=supervisor.scale))
         motion = supervisor.motion
         if motion is not None and motion.goal is not None and supervisor.feedback_due(now_ns):

@@ -12,7 +12,7 @@ from typing import Any
 
 from geometry_msgs.msg import PoseStamped
 
-from hri_planner.dmp.policy import DmpPolicy
+from hri_planner.dmp.policy import HOME, DmpPolicy
 from hri_planner.nodes.motion_node import TICK_S, MotionNode
 from hri_planner.nodes.policy_config import PolicyNodeConfig
 from hri_planner.nodes.policy_replanning import PolicyReplanning
@@ -20,7 +20,9 @@ from hri_planner.nodes.policy_reporting import PolicyReporting
 from hri_planner.policy.config import PolicyConfig
 from hri_planner.policy.model_file import find_any, load_any
 from hri_planner.policy.planner import AnyPolicy
+from hri_planner.ptomp.plan import JointPlan
 from hri_planner.ros.arms import ArmInputs, Arms
+from hri_planner.ros.conversions import end_message
 from hri_planner.ros.goals import moving_position_of
 from hri_planner.warm import warm_kernels
 from hri_prediction.errors import HriError, PlanningError
@@ -38,13 +40,15 @@ class PolicyNode(MotionNode):
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__("policy", **kwargs)
-        config = declare_config(self, PolicyNodeConfig)
+        config = self._config = declare_config(self, PolicyNodeConfig)
         policy = declare_config(self, PolicyConfig, prefix="policy_planner")
         inputs = ArmInputs(radii=config.radii)
         self._max_goal_age_s = config.max_goal_age
+        self._held: JointPlan | None = None
+        model = load_any(find_any(config.policy))
         self.replanning = PolicyReplanning(
             self._robot,
-            load_any(find_any(config.policy)),
+            model,
             config,
             policy,
             inputs,
@@ -55,6 +59,7 @@ class PolicyNode(MotionNode):
         warm_kernels()
         self._reporting = PolicyReporting(self, self._robot, inputs, config.policy)
         self.serve_motions(config, inputs, self.replanning, self._reporting)
+        self._name_goals(model)
         self.listen(IdsList, "humans/bodies/tracked", Arms(self, inputs).take, LATCHED)
         self.listen(PoseStamped, "policy/goal", self._on_moving_goal, reliable(1), command=True)
         self.serve(LoadModel, "~/load_model", self._on_load_model)
@@ -62,6 +67,20 @@ class PolicyNode(MotionNode):
     def duration_of(self, request: ReachTarget.Goal) -> float:
         """Networks take the time that they have learnt; movement primitives what is asked for."""
         return float(request.duration)
+
+    def on_tick(self, now_ns: int) -> None:
+        """End what held the robot before another policy was loaded, then as any planner's node."""
+        if self._held is not None and self._supervisor.motion is None:
+            # Else the controller would stop for want of the next plan, and the motion to come would only
+            # recover its speed bit by bit.
+            self._trajectory.publish(end_message(self._held, self._robot.joint_names))
+        self._held = None
+        super().on_tick(now_ns)
+
+    def _name_goals(self, model: AnyPolicy) -> None:
+        """Let goals name those that the policy knows, where the scene has none of that name."""
+        known = {**model.goals, HOME: model.start} if isinstance(model, DmpPolicy) else {}
+        self.targets_by_name = {**known, **self._config.targets}
 
     def _on_moving_goal(self, message: PoseStamped) -> None:
         """Move the goal of the present motion; what is held stays."""
@@ -92,9 +111,11 @@ class PolicyNode(MotionNode):
             response.success, response.message = False, str(error)
             return response
         if self._supervisor.holding:
-            # What held the robot ends with its policy; it stands where it is.
+            # What held the robot ends with its policy: it stands where it is.
             self._carry_out(self.now_ns(), self._supervisor.release("another policy was loaded"))
+            self._held = self.replanning.planner.plan
         self.replanning.planner.use(model)
+        self._name_goals(model)
         self._reporting.policy = request.path
         response.success, response.message = True, f"{request.path}: {_described(model)}"
         return response

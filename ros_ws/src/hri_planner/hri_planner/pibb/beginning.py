@@ -12,7 +12,8 @@ import numpy as np
 
 from hri_planner.dmp.model_file import load_dmp
 from hri_planner.dmp.policy import DmpPolicy
-from hri_planner.pibb.experiment import Experiment, find_experiment, load_experiment, to_mapping
+from hri_planner.pibb.experiment import Experiment
+from hri_planner.pibb.experiment_file import find_experiment, load_experiment, to_mapping
 from hri_planner.pibb.session import Session
 from hri_planner.pibb.storage import SESSION, load_session, save_session
 from hri_planner.robot.model import RobotModel
@@ -125,15 +126,15 @@ def check_same(
         **_differences(to_mapping(experiment), to_mapping(wanted)),
     }
     if header.get("begun") != mark_of(first) and experiment.name == wanted.name:
-        pairs["first policy"] = ("another one", "that which it began with")
+        pairs["first policy"] = ("that which they began with", "another one (see --policy)")
     different = {name: pair for name, pair in pairs.items() if pair[0] != pair[1]}
     if different:
         raise ConfigError(
             f"{folder} holds trials with "
             + ", ".join(f"{name} {held!r}" for name, (held, _) in different.items()),
             expected=", ".join(f"{name} {asked!r}" for name, (_, asked) in different.items()),
-            hint="choose another folder, or what these trials began with: after a run in real time, "
-            "--experiment with its run_1/experiment.yaml",
+            hint="choose another folder, or what these trials began with (of a run in real time the "
+            "experiment is in its run_1/experiment.yaml)",
         )
 
 

@@ -2,32 +2,33 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
-from importlib import resources
-from pathlib import Path
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
-from hri_planner.dmp.policy import AT_GOAL_M, DURATIONS_S, HOME, DmpPolicy
-from hri_planner.pibb.costs import WEIGHTS, CostWeights
+from hri_planner.dmp.policy import AT_GOAL_M, HOME, DmpPolicy
+from hri_planner.pibb.costs import CostWeights
 from hri_planner.pibb.initial import CLEAR_M, straight_policy
 from hri_planner.pibb.names import check_name
 from hri_planner.policy.config import PolicyConfig
+from hri_planner.policy.link_bounds import box_clearance
 from hri_planner.robot.ik import solve_ik
 from hri_planner.robot.model import RobotModel
-from hri_prediction.config import from_mapping, parameter, validate
-from hri_prediction.errors import ConfigError, DataError, PlanningError
+from hri_prediction.config import parameter, validate
+from hri_prediction.errors import ConfigError, PlanningError, shown
 
 FloatArray = NDArray[np.float64]
 
 RESPONSES = ("press", "hand")
 TABLE = ((0.85, 0.0, -0.03), (0.6, 0.7, 0.02))
 """Centre and half the size of the table, unless an experiment has another [m]."""
+TARGETS_APART_M = 0.1
+"""Twice as far from each other as a hand is that has arrived at one [m]."""
+OFF_GOALS_M = 0.13
+"""Nearer to a resting hand than this the filter keeps the tool off its goal [m]."""
 
 
 @dataclass(frozen=True)
@@ -63,11 +64,21 @@ class Improvement:
     def __post_init__(self) -> None:
         """Check the values."""
         validate(self)
+        if self.averaged > self.updates:
+            raise ConfigError(
+                f"improvement.averaged = {self.averaged}",
+                expected=f"at most improvement.updates = {self.updates}",
+            )
 
     @property
     def first_averaged(self) -> int:
         """How many updates there are before those that are averaged."""
-        return max(self.updates - self.averaged, 0)
+        return self.updates - self.averaged
+
+    def lasting(self, updates: int) -> Improvement:
+        """The same for another number of updates, of which as large a share is averaged."""
+        averaged = max(round(self.averaged * updates / self.updates), 1)
+        return replace(self, updates=updates, averaged=averaged)
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +121,7 @@ class Experiment:
         check_name("experiment", self.name)
         if len(self.goals) < 2:
             raise ConfigError(
-                f"goals {list(self.goals)}", expected="at least two: one alone is no riddle"
+                f"goals {shown(list(self.goals))}", expected="at least two: one alone is no riddle"
             )
         if HOME in self.goals:
             raise ConfigError(
@@ -122,10 +133,11 @@ class Experiment:
             )
         if set(self.targets) != set(self.goals):
             raise ConfigError(
-                f"targets for {sorted(self.targets)}", expected=f"for {sorted(self.goals)}"
+                f"targets for {shown(sorted(self.targets))}",
+                expected=f"for {shown(sorted(self.goals))}",
             )
         if self.response not in RESPONSES:
-            raise ConfigError(f"response {self.response!r}", expected=" or ".join(RESPONSES))
+            raise ConfigError(f"response {shown(self.response)}", expected=" or ".join(RESPONSES))
 
     @property
     def solids(self) -> FloatArray:
@@ -133,10 +145,11 @@ class Experiment:
         return np.concatenate((self.boxes, self.table[None]))
 
     def check(self, robot: RobotModel) -> None:
-        """Check that a robot can do it.
+        """Check that a robot and a person can do it.
 
         Raises:
-            ConfigError: when a goal is in an obstacle, or out of reach.
+            ConfigError: when a goal is in an obstacle or out of reach, the arm is in one at the start, or
+                targets of the person cannot be told apart, are in an obstacle, or too near to their goal.
         """
         if not robot.within_limits(self.posture):
             raise ConfigError(
@@ -165,6 +178,41 @@ class Experiment:
                 solve_ik(robot, np.array(place), self.posture, np.random.default_rng(0))
             except PlanningError as error:
                 raise ConfigError(f"goal {name}: {error}") from error
+        room = box_clearance(robot, self.posture[None], self.solids)
+        if room < CLEAR_M:
+            raise ConfigError(
+                f"the arm is {100 * room:.1f} cm from an obstacle or the table at the start",
+                expected=f"at least {100 * CLEAR_M:.1f} cm",
+                hint="change the posture, or move the obstacle",
+            )
+        self._check_targets()
+
+    def _check_targets(self) -> None:
+        """Where the person's hand goes: apart, out of what stands there, and off the robot's tool."""
+        names = list(self.targets)
+        for index, name in enumerate(names):
+            place = self.targets[name]
+            for other in names[:index]:
+                apart = float(np.linalg.norm(place - self.targets[other]))
+                if self.response == "hand" and apart < TARGETS_APART_M:
+                    raise ConfigError(
+                        f"the targets of {other} and {name} are {100 * apart:.1f} cm apart",
+                        expected=f"at least {100 * TARGETS_APART_M:.0f} cm: a hand is at one of them",
+                    )
+            for box, (centre, half) in enumerate(self.solids):
+                if (np.abs(place - centre) < half).all():
+                    solid = f"obstacle {box}" if box < len(self.boxes) else "the table"
+                    raise ConfigError(
+                        f"the target of {name} is within {solid}", expected="where a hand can be"
+                    )
+            for goal, at in self.goals.items() if self.response == "hand" else ():
+                off = float(np.linalg.norm(place - at))
+                if off < OFF_GOALS_M:
+                    raise ConfigError(
+                        f"the target of {name} is {100 * off:.1f} cm from the goal {goal}",
+                        expected=f"at least {100 * OFF_GOALS_M:.0f} cm: beside a hand that rests there the "
+                        "robot does not get to its goal",
+                    )
 
     def initial_policy(self, robot: RobotModel) -> DmpPolicy:
         """Straight ways with the speed of a bell; over obstacles, raised just as far as it takes."""
@@ -179,174 +227,3 @@ class Experiment:
     def with_(self, **changes: Any) -> Experiment:
         """The same with other values."""
         return replace(self, **changes)
-
-
-def shipped_experiments() -> list[str]:
-    """Experiments that ship with the package, by name."""
-    folder = Path(str(resources.files("hri_planner.experiments")))
-    return sorted(found.stem for found in folder.glob("*.yaml"))
-
-
-def find_experiment(name: str) -> Path:
-    """The file of an experiment: itself if it ends in ``.yaml``, else one that ships.
-
-    Raises:
-        ConfigError: when no such experiment ships, naming those that do.
-    """
-    if name.endswith((".yaml", ".yml")):
-        return Path(name)
-    known = shipped_experiments()
-    if name not in known:
-        near = difflib.get_close_matches(name, known, 3) or known
-        raise ConfigError(
-            f"experiment {name!r}", expected=f"a .yaml file, or one like {', '.join(near)}"
-        )
-    return Path(str(resources.files("hri_planner.experiments"))) / f"{name}.yaml"
-
-
-def load_experiment(path: str | Path) -> Experiment:
-    """Read an experiment from a YAML file.
-
-    Raises:
-        ConfigError: when it cannot be read, or a value cannot be used.
-    """
-    try:
-        content = yaml.safe_load(Path(path).read_text())
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        text = " ".join(str(error).split())
-        raise ConfigError(
-            f"cannot read {path}: {text}", expected="an experiment in YAML"
-        ) from error
-    try:
-        return experiment_of(content)
-    except (ConfigError, DataError) as error:
-        raise ConfigError(f"{path}: {error}") from error
-
-
-_KEYS = (
-    "name", "posture", "goals", "targets", "boxes", "table", "duration", "response", "avoidance",
-    "weights", "improvement",
-)  # fmt: skip
-
-
-def experiment_of(content: object) -> Experiment:
-    """An experiment from a mapping, as YAML and JSON give it.
-
-    Raises:
-        ConfigError: when a key is not known or missing, or a value cannot be used.
-    """
-    if not isinstance(content, dict):
-        raise ConfigError(f"experiment is {content!r}", expected="a mapping: " + ", ".join(_KEYS))
-    unknown = [str(key) for key in content if key not in _KEYS]
-    if unknown:
-        near = difflib.get_close_matches(unknown[0], _KEYS, 1)
-        hint = f"perhaps {near[0]}" if near else ""
-        raise ConfigError(f"{', '.join(unknown)}", expected="one of " + ", ".join(_KEYS), hint=hint)
-    missing = [key for key in ("name", "posture", "goals", "targets") if key not in content]
-    if missing:
-        raise ConfigError(
-            f"no {', '.join(missing)}", expected="all of name, posture, goals, targets"
-        )
-    weights = content.get("weights", "balanced")
-    if isinstance(weights, str):
-        if weights not in WEIGHTS:
-            raise ConfigError(f"weights {weights!r}", expected=", ".join(WEIGHTS))
-        chosen = WEIGHTS[weights]
-    else:
-        chosen = from_mapping(CostWeights, _mapping("weights", weights))
-    boxes, table = content.get("boxes") or [], content.get("table")
-    try:
-        blocks = [_block(box) for box in boxes]
-    except (KeyError, TypeError) as error:
-        raise ConfigError(f"boxes {boxes!r}", expected="each with center and size") from error
-    try:
-        top = np.array(TABLE if table is None else _block(table))
-    except (KeyError, TypeError) as error:
-        raise ConfigError(f"table {table!r}", expected="center and size") from error
-    duration = content.get("duration", 2.5)
-    low, high = DURATIONS_S
-    number = isinstance(duration, int | float) and not isinstance(duration, bool)
-    if not number or not low <= duration <= high:
-        raise ConfigError(f"duration {duration!r}", expected=f"{low} to {high} s")
-    avoidance = content.get("avoidance", True)
-    if not isinstance(avoidance, bool):
-        raise ConfigError(f"avoidance {avoidance!r}", expected="true or false")
-    return Experiment(
-        name=str(content["name"]),
-        posture=_place("posture", content["posture"], 7),
-        goals=_places("goals", content["goals"]),
-        targets=_places("targets", content["targets"]),
-        boxes=np.array(blocks).reshape(-1, 2, 3),
-        duration=float(duration),
-        response=str(content.get("response", "hand")),
-        table=top,
-        avoidance=avoidance,
-        weights=chosen,
-        improvement=from_mapping(
-            Improvement, _mapping("improvement", content.get("improvement") or {})
-        ),
-    )
-
-
-def to_mapping(experiment: Experiment) -> dict[str, Any]:
-    """As :func:`experiment_of` takes it."""
-    return {
-        "name": experiment.name,
-        "posture": [float(v) for v in experiment.posture],
-        "duration": experiment.duration,
-        "response": experiment.response,
-        "avoidance": experiment.avoidance,
-        "goals": {name: [float(v) for v in place] for name, place in experiment.goals.items()},
-        "targets": {name: [float(v) for v in place] for name, place in experiment.targets.items()},
-        "boxes": [_size_of(box) for box in experiment.boxes],
-        "table": _size_of(experiment.table),
-        "weights": asdict(experiment.weights),
-        "improvement": asdict(experiment.improvement),
-    }
-
-
-def _block(content: Any) -> tuple[FloatArray, FloatArray]:
-    """Centre and half the size of a box that is given by centre and size."""
-    return _place("centre", content["center"]), 0.5 * _place("size", content["size"])
-
-
-def _size_of(block: FloatArray) -> dict[str, list[float]]:
-    """What :func:`_block` takes."""
-    return {"center": [float(v) for v in block[0]], "size": [float(2.0 * v) for v in block[1]]}
-
-
-def _mapping(what: str, content: object) -> dict[str, Any]:
-    if not isinstance(content, dict):
-        raise ConfigError(f"{what} {content!r}", expected="values by name")
-    return content
-
-
-def save_experiment(path: str | Path, experiment: Experiment) -> None:
-    """Write an experiment as YAML that :func:`load_experiment` reads back equal.
-
-    Raises:
-        ConfigError: when the file cannot be written.
-    """
-    text = yaml.safe_dump(
-        to_mapping(experiment), sort_keys=False, default_flow_style=None, width=100
-    )
-    try:
-        Path(path).write_text(text)
-    except OSError as error:
-        raise ConfigError(f"cannot write {path}: {error.strerror}") from error
-
-
-def _places(what: str, content: object) -> dict[str, FloatArray]:
-    if not isinstance(content, dict):
-        raise ConfigError(f"{what} {content!r}", expected="places by name")
-    return {str(name): _place(f"{what}: {name}", place) for name, place in content.items()}
-
-
-def _place(what: str, content: object, count: int = 3) -> FloatArray:
-    try:
-        place = np.array(content, dtype=float)
-    except (ArithmeticError, TypeError, ValueError) as error:
-        raise ConfigError(f"{what} {content!r}", expected=f"{count} numbers") from error
-    if place.shape != (count,) or not np.isfinite(place).all():
-        raise ConfigError(f"{what} {content!r}", expected=f"{count} finite numbers")
-    return place

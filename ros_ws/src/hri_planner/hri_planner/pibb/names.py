@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from hri_prediction.errors import ConfigError
+from hri_prediction.errors import ConfigError, shown
 
 _NAME = re.compile(r"\w[\w.-]{0,59}")
 
@@ -22,6 +22,6 @@ def check_name(what: str, name: str) -> None:
     """
     if not is_name(name):
         raise ConfigError(
-            f"{what} {name!r} cannot be the name of a file",
+            f"{what} {shown(name)} cannot be the name of a file",
             expected="up to 60 letters, digits, dots, - and _, of which a letter, digit or _ first",
         )

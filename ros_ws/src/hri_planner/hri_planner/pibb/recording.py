@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from hri_planner.dmp.policy import PERIOD_S, DmpPolicy
 from hri_planner.pibb.costs import Terms, deviation, squared_jerk
-from hri_planner.policy.link_bounds import box_clearance
 from hri_planner.robot.model import RobotModel
 from hri_prediction.config import parameter, validate
 from hri_prediction.errors import DataError
@@ -129,7 +128,6 @@ class Recording:
         self._stamps: list[int] = []
         self._joints: list[FloatArray] = []
         self._hands: dict[str, tuple[list[int], list[FloatArray]]] = {}
-        self._from_person = float("inf")
         self.answer: Answer | None = None
         self.began_ns: int | None = None
 
@@ -152,7 +150,8 @@ class Recording:
             return
         stamps.append(stamp_ns)
         places.append(np.array(tip, dtype=float))
-        if self.answer is not None or not self._targets:
+        earlier = self.answer is not None and self.answer.stamp_ns <= stamp_ns
+        if earlier or not self._targets:
             return
         name = min(self._targets, key=lambda n: float(np.linalg.norm(self._targets[n] - tip)))
         if np.linalg.norm(self._targets[name] - tip) > self._config.hand_radius:
@@ -205,15 +204,6 @@ class Recording:
             )
         if self.answer is None or stamp_ns < self.answer.stamp_ns:
             self.answer = Answer(goal, stamp_ns, 0.0)
-
-    def near(self, distance: float) -> None:
-        """Take the distance of robot and person now [m]."""
-        self._from_person = min(self._from_person, distance)
-
-    def clearance(self, solids: FloatArray) -> float:
-        """Smallest distance of the robot from people, and from boxes (k, 2, 3), so far [m]."""
-        joints = np.array(self._joints).reshape(-1, 7)
-        return min(self._from_person, box_clearance(self._robot, joints, solids))
 
     def terms(self, policy: DmpPolicy, goal: str, indistinct: float) -> Terms:
         """Of the costs of the trial.

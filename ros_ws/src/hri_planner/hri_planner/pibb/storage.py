@@ -27,9 +27,10 @@ from numpy.typing import NDArray
 from hri_planner.dmp.model_file import save_dmp
 from hri_planner.dmp.policy import DmpPolicy
 from hri_planner.pibb.costs import TERM_NAMES, Terms
-from hri_planner.pibb.experiment import Experiment, experiment_of, to_mapping
+from hri_planner.pibb.experiment import Experiment
+from hri_planner.pibb.experiment_file import experiment_of, to_mapping
 from hri_planner.pibb.session import Result, Session, State, Trial, generator_of, result_of, row_of
-from hri_prediction.errors import DataError, HriError
+from hri_prediction.errors import DataError, HriError, cut
 from hri_prediction.promp.storage import read_npz, write_npz
 
 FloatArray = NDArray[np.float64]
@@ -124,7 +125,7 @@ def load_session(folder: Path) -> tuple[Session, dict[str, Any]]:
     try:
         session = _session_of(arrays, header)
     except _UNUSABLE as error:
-        text = " ".join(str(error).split())
+        text = cut(" ".join(str(error).split()), 1000)
         said = text if isinstance(error, HriError) else f"{type(error).__name__}: {text}"
         raise DataError(f"{path} holds what cannot be used: {said}") from error
     return session, header

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from hri_planner.dmp.policy import DmpPolicy
 from hri_planner.dmp.runner import DmpRunner
 from hri_planner.policy.config import PolicyConfig
+from hri_planner.policy.goals import check_goal
 from hri_planner.policy.hand import HandState
 from hri_planner.policy.mover import Mover
 from hri_planner.policy.partner import Partner
@@ -28,7 +29,6 @@ from hri_planner.policy.stretch import Limits, Moved
 from hri_planner.policy.tool_velocity import ToolVelocity
 from hri_planner.ptomp.plan import JointPlan
 from hri_planner.rnn.model import PolicyModel
-from hri_planner.robot.ik import solve_ik
 from hri_planner.robot.model import RobotModel
 from hri_prediction.errors import PlanningError
 
@@ -156,16 +156,9 @@ class PolicyPlanner:
             q: Joint angles (7,) [rad] from which a posture is looked for.
 
         Raises:
-            PlanningError: when it is not finite, below the floor, or no posture reaches it.
+            PlanningError: when it is not finite, below the floor, in a box, or no posture reaches it.
         """
-        if np.shape(goal) != (3,) or not np.isfinite(goal).all():
-            raise PlanningError(f"goal {goal}", expected="three finite coordinates in m")
-        if self.floor is not None and goal[2] < self.floor:
-            raise PlanningError(
-                f"goal height {goal[2]:.3f} m puts the hand into the table",
-                expected=f"at least {self.floor:.3f} m",
-            )
-        solve_ik(self.robot, np.array(goal, dtype=float), np.array(q, dtype=float), self._rng)
+        check_goal(self.robot, goal, q, self._limits, self._rng)
 
     def start(
         self,

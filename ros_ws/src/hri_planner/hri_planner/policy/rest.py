@@ -13,6 +13,8 @@ FloatArray = NDArray[np.float64]
 
 _LEAST_STOP_S = 0.1
 _KNOTS = 6
+LIMIT_MARGIN = 0.002
+"""Joints come to rest so far before their limits: they follow with an error [rad]."""
 
 
 def coming_to_rest(
@@ -30,12 +32,12 @@ def coming_to_rest(
 
     Returns:
         Times from the beginning (k,) [s], angles (k, n), speeds (k, n), accelerations (k, n); without
-        the beginning itself, the last at rest. Within the limits as long as constant braking with
-        ``acceleration`` is.
+        the beginning itself, the last at rest. Within the limits, by :data:`LIMIT_MARGIN`, as long as
+        constant braking with ``acceleration`` is.
     """
     speed = np.abs(qd)
     common = max(_LEAST_STOP_S, 2.0 * float(speed.max()) / acceleration)
-    room = np.maximum(np.where(qd > 0.0, upper - q, q - lower), 0.0)
+    room = np.maximum(np.where(qd > 0.0, upper - q, q - lower) - LIMIT_MARGIN, 0.0)
     moving = speed > 1e-12
     own = np.full(len(q), common)
     own[moving] = np.clip(2.0 * room[moving] / speed[moving], speed[moving] / acceleration, common)

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hri_planner.policy.rest import LIMIT_MARGIN
 from hri_planner.robot.kinematics import tool_jacobian
 from hri_planner.robot.model import RobotModel
 from hri_prediction.compiled import njit
@@ -183,8 +184,8 @@ def joint_speeds(
     inner_low, inner_high = np.empty(7), np.empty(7)
     speed = np.sqrt(np.sum(velocity**2))
     for joint in range(7):
-        up = _braking(upper[joint] - q[joint], most, dt, fastest[joint])
-        down = -_braking(q[joint] - lower[joint], most, dt, fastest[joint])
+        up = _braking(upper[joint] - q[joint] - LIMIT_MARGIN, most, dt, fastest[joint])
+        down = -_braking(q[joint] - lower[joint] - LIMIT_MARGIN, most, dt, fastest[joint])
         # A joint that is too quick already brakes as it can.
         low[joint] = max(down, min(qd[joint] - most * dt, up))
         high[joint] = min(up, max(qd[joint] + most * dt, down))

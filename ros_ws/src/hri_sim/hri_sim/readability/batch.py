@@ -19,6 +19,9 @@ from hri_planner.pibb.experiment import Experiment
 from hri_planner.robot.model import load_robot
 from hri_sim.readability.learning import Learnt, learn
 
+PEOPLE = "people.jsonl"
+"""A line for each person of a batch."""
+
 
 @dataclass(frozen=True, eq=False)
 class PersonRow:
@@ -50,6 +53,8 @@ def person_row(learnt: Learnt) -> PersonRow:
         "error_change": learnt.after.error - learnt.before.error,
         "contacts": learnt.contacts + learnt.before.contacts + learnt.after.contacts
         + learnt.others_before.contacts + learnt.others_after.contacts,
+        "broken_off": learnt.broken_off + learnt.before.broken_off + learnt.after.broken_off
+        + learnt.others_before.broken_off + learnt.others_after.broken_off,
         "cost_first": cost(0),
         "cost_last": cost(last),
         "before": asdict(learnt.before),
@@ -87,7 +92,7 @@ def learn_all(
         n_jobs=workers or os.cpu_count() or 1, return_as="generator_unordered"
     )
     progress(0, len(jobs), "")
-    with (folder / "people.jsonl").open("w") as lines:
+    with (folder / PEOPLE).open("w") as lines:
         for row in parallel(jobs):
             rows.append(row)
             lines.write(json.dumps(row.row) + "\n")
@@ -113,6 +118,7 @@ def figures_of(rows: Sequence[PersonRow]) -> dict[str, Any]:
         "pred_time_change": mean("pred_time_change"),
         "error_change": mean("error_change"),
         "contacts": int(sum(row.row["contacts"] for row in rows)),
+        "broken_off": int(sum(row.row["broken_off"] for row in rows)),
         "cost_first": mean("cost_first"),
         "cost_last": mean("cost_last"),
     }
@@ -130,6 +136,7 @@ def batch_table(rows: Sequence[PersonRow]) -> tuple[Table, dict[str, Any]]:
         "wrong",
         "cost",
         "touched",
+        "broken off",
     ):
         table.add_column(name, justify="right")
     arrow = functools.partial("{} → {}".format)
@@ -146,6 +153,7 @@ def batch_table(rows: Sequence[PersonRow]) -> tuple[Table, dict[str, Any]]:
             arrow(f"{100 * other['error']:.1f}", f"{100 * later['error']:.1f} %"),
             arrow(f"{own['cost_first']:.1f}", f"{own['cost_last']:.1f}"),
             str(own["contacts"]),
+            str(own["broken_off"]),
         )
     figures = figures_of(rows)
     table.caption = (

@@ -13,6 +13,7 @@ from hri_planner.pibb.costs import Terms
 from hri_planner.pibb.experiment import Experiment
 from hri_planner.pibb.session import Result, Session
 from hri_planner.robot.model import RobotModel
+from hri_prediction.errors import DataError
 from hri_sim.readability.participant import Participant
 from hri_sim.readability.traits import Traits, draw_other_traits, draw_traits
 from hri_sim.readability.trial import Bench
@@ -21,6 +22,8 @@ FloatArray = NDArray[np.float64]
 
 TRAITS, TRIALS, LEARNING, EVALUATION, OTHERS = range(5)
 """Streams of random numbers of a seed."""
+MOST_IN_ROW = 5
+"""So many trials one after the other that are broken off end it, as in the graph."""
 
 
 def generator(seed: int, stream: int) -> np.random.Generator:
@@ -33,13 +36,14 @@ class Reading:
     """How people read a policy, over some trials of each goal.
 
     Attributes:
-        trials: How many.
+        trials: How many; figures are of those in which the robot arrived and the person answered.
         prediction_time: Mean J_pred [s].
         decision_time: Mean time until the person showed the goal, without the hand's way [s].
         error: Share of wrong guesses.
         human_duration: Mean duration of the hand's motion [s].
         clearance: Smallest of all trials [m].
         contacts: Trials in which the robot touched the person, an obstacle or the table.
+        broken_off: Trials in which the robot did not arrive, or the person did not answer.
     """
 
     trials: int
@@ -49,29 +53,40 @@ class Reading:
     human_duration: float
     clearance: float
     contacts: int
+    broken_off: int
 
 
 def read_policy(bench: Bench, policy: DmpPolicy, traits: Traits, seed: int, trials: int) -> Reading:
     """Let a person read a policy; the same seed draws the same person's moods for any policy."""
     times, shown, wrong, durations, gaps = [], [], [], [], []
+    broken_off = 0
     for index, goal in enumerate(policy.names):
         for number in range(trials):
             rng = np.random.default_rng([seed, EVALUATION, index, number])
             participant = _participant(bench.experiment, traits, rng)
             record = bench.run(policy, goal, participant)
+            gaps.append(record.clearance)
+            if not record.counts:
+                broken_off += 1
+                continue
             times.append(record.response_s)
             shown.append(record.shown_s)
             wrong.append(record.guess != goal)
             durations.append(record.hand_s)
-            gaps.append(record.clearance)
+    if not times:
+        raise DataError(
+            f"a policy was read by person {seed} in none of {len(gaps)} trials",
+            expected="a robot that arrives, and a person who answers",
+        )
     return Reading(
-        trials=len(times),
+        trials=len(gaps),
         prediction_time=float(np.mean(times)),
         decision_time=float(np.mean(shown)),
         error=float(np.mean(wrong)),
         human_duration=float(np.mean(durations)),
         clearance=float(np.min(gaps)),
         contacts=int(np.sum(np.array(gaps) <= 0.0)),
+        broken_off=broken_off,
     )
 
 
@@ -94,6 +109,7 @@ class Learnt:
         contacts: Trials of the experiment in which the robot touched the person, an obstacle or the table.
         from_person: Smallest distance of robot and person in the experiment [m].
         from_obstacles: Of robot and boxes or table [m].
+        broken_off: Trials that were made again, for the robot did not arrive, or the person did not answer.
     """
 
     seed: int
@@ -110,6 +126,7 @@ class Learnt:
     contacts: int
     from_person: float
     from_obstacles: float
+    broken_off: int
 
     @property
     def improved(self) -> bool:
@@ -138,6 +155,9 @@ def learn(
         first: The policy to begin with; none: the experiment's initial one.
         readings: Trials of each goal, before and after, by which policies are compared.
         on_trial: Called after each trial.
+
+    Raises:
+        DataError: when too many trials in a row are broken off.
     """
     bench = Bench(robot, experiment)
     traits = draw_traits(generator(seed, TRAITS), len(experiment.goals))
@@ -147,13 +167,23 @@ def learn(
     participant = _participant(experiment, traits, generator(seed, TRIALS))
     means: list[DmpPolicy] = [begun]
     contacts, from_person, from_obstacles = 0, np.inf, np.inf
+    broken_off = in_row = 0
     while (trial := session.next_trial()) is not None:
         policy = session.policy_of(trial)
         record = bench.run(policy, trial.goal, participant)
-        terms = record.terms(policy, trial.goal, session.indistinctness(trial))
         contacts += record.clearance <= 0.0
         from_person = min(from_person, record.from_person)
         from_obstacles = min(from_obstacles, record.from_obstacles)
+        if not record.counts:
+            broken_off, in_row = broken_off + 1, in_row + 1
+            if in_row == MOST_IN_ROW:
+                raise DataError(
+                    f"person {seed}, {trial.goal}: {in_row} trials in a row broken off",
+                    expected="a robot that arrives, and a person who answers",
+                )
+            continue
+        in_row = 0
+        terms = record.terms(policy, trial.goal, session.indistinctness(trial))
         on_trial(session.finish(trial, record.guess, terms, record.clearance))
         if session.state.policy is not means[-1]:
             means.append(session.state.policy)
@@ -173,6 +203,7 @@ def learn(
         contacts=contacts,
         from_person=from_person,
         from_obstacles=from_obstacles,
+        broken_off=broken_off,
     )
 
 

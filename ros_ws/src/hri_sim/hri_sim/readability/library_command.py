@@ -140,7 +140,8 @@ def add(
 ) -> None:
     """Add a policy to the library."""
     policy, learnt = read_dmp(file)
-    name = experiment or learnt.get("experiment")
+    known = learnt.get("experiment")
+    name = experiment or known
     if not isinstance(name, str):
         raise ConfigError(
             f"{file} does not say in which experiment it was learnt", hint="add --experiment NAME"
@@ -148,6 +149,8 @@ def add(
     # A library need not be there before the first policy is.
     shelf = PolicyLibrary(library or DEFAULT_LIBRARY)
     _say(f"added: {shelf.add(policy, person, name, learnt, replace=replace)}")
+    if known not in (None, name):
+        _say(f"note: {file} says that it was learnt in {known}, not in {name}")
 
 
 @app.command(context_settings=CONTEXT)

@@ -73,6 +73,11 @@ class TrialRecord:
         """Smallest distance of the robot from all else [m]."""
         return min(self.from_person, self.from_obstacles)
 
+    @property
+    def counts(self) -> bool:
+        """Whether the robot arrived and the person answered; live, a trial is broken off otherwise."""
+        return math.isfinite(self.arrived_s) and math.isfinite(self.response_s)
+
     def terms(self, policy: DmpPolicy, goal: str, indistinct: float) -> Terms:
         """Of its costs, for a policy on the way to a goal, whose ways are so indistinct [1/m]."""
         return Terms(

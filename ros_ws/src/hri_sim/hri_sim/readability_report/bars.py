@@ -7,7 +7,7 @@ from typing import Any
 
 from hri_sim.benchmark.report import markdown_table
 from hri_sim.policy_report.bars import Bar
-from hri_sim.readability_report.cases import CASES, A
+from hri_sim.readability_report.cases import CASES, TEACHER, A
 
 LEAST_PEOPLE = 20
 """Of fewer nothing is said of how many improve."""
@@ -54,7 +54,7 @@ def bars(sections: Mapping[str, Any]) -> list[Bar]:
             100.0 * own["improved"]["share"] if own is not None and enough else None,
         )
     )  # fmt: skip
-    for case in CASES:
+    for case in (*CASES, TEACHER):
         if case.name in improved:
             one = improved[case.name]
             what = f"`{case.name}`: contacts in {one['all_trials']:,} trials"

@@ -6,7 +6,8 @@ import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from hri_planner.pibb.experiment import Experiment, find_experiment, load_experiment
+from hri_planner.pibb.experiment import Experiment
+from hri_planner.pibb.experiment_file import find_experiment, load_experiment
 from hri_prediction.errors import ConfigError
 
 TEACHER_SEED = 10_000
@@ -47,7 +48,7 @@ def _experiment(case: Case, smoke: bool) -> Experiment:
         plan = replace(plan, rollouts=case.rollouts)
     if smoke:
         least = min(plan.rollouts, SMOKE_ROLLOUTS)
-        plan = replace(plan, updates=SMOKE_UPDATES, rollouts=least, habituation=1)
+        plan = replace(plan.lasting(SMOKE_UPDATES), rollouts=least, habituation=1)
     return found.with_(improvement=plan)
 
 

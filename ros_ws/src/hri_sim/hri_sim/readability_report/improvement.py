@@ -8,7 +8,7 @@ from typing import Any
 from hri_planner.pibb.costs import WEIGHTS
 from hri_sim.benchmark.report import markdown_table
 from hri_sim.readability.learning import Learnt
-from hri_sim.readability_report.cases import CASES, TEACHER, Case, case_of
+from hri_sim.readability_report.cases import CASES, TEACHER, A, Case, case_of
 from hri_sim.readability_report.intervals import estimate, share, text
 from hri_sim.readability_report.laboratory import Laboratory, Person
 from hri_sim.readability_report.trials import COST
@@ -50,12 +50,29 @@ def _of(case: Case, people: Sequence[Person], smoke: bool) -> dict[str, Any]:
         "error_after": estimate([one.after.error for one in learnt]),
         "error_change": estimate([one.after.error - one.before.error for one in learnt]),
         "contacts": sum(map(_contacts, learnt)),
+        "broken_off": sum(map(_broken_off, learnt)),
         "all_trials": sum(person.trials.count + _read(person.learnt) for person in people),
         "nearest_m": min(_nearest(person) for person in people),
         "from_person_m": min(one.from_person for one in learnt),
         "from_obstacles_m": min(one.from_obstacles for one in learnt),
         "cost_first": estimate([cost[0] for cost in costs]),
         "cost_last": estimate([cost[-1] for cost in costs]),
+        "people": [_one(person) for person in people],
+    }
+
+
+def _one(person: Person) -> dict[str, Any]:
+    """Of one person: by what the judgement is made."""
+    learnt = person.learnt
+    return {
+        "seed": learnt.seed,
+        "improved": learnt.improved,
+        "pred_time_before_s": learnt.before.prediction_time,
+        "pred_time_after_s": learnt.after.prediction_time,
+        "errors_before": round(learnt.before.error * learnt.before.trials),
+        "errors_after": round(learnt.after.error * learnt.after.trials),
+        "contacts": _contacts(learnt),
+        "nearest_m": _nearest(person),
     }
 
 
@@ -66,6 +83,10 @@ def _readings(learnt: Learnt) -> list[Any]:
 def _contacts(learnt: Learnt) -> int:
     """In all trials, also those in which policies are judged."""
     return learnt.contacts + sum(one.contacts for one in _readings(learnt))
+
+
+def _broken_off(learnt: Learnt) -> int:
+    return learnt.broken_off + sum(one.broken_off for one in _readings(learnt))
 
 
 def _read(learnt: Learnt) -> int:
@@ -116,6 +137,7 @@ def lines(found: Mapping[str, Any]) -> list[str]:
             f"{100.0 * one['error_after']['mean']:.1f}",
             text(one["error_change"], 1, scale=100.0, sign=True),
             f"{one['contacts']} of {one['all_trials']:,}",
+            str(one["broken_off"]),
             f"{100.0 * one['nearest_m']:.1f}",
             f"{100.0 * one['from_person_m']:.1f}",
             f"{100.0 * one['from_obstacles_m']:.1f}",
@@ -137,15 +159,35 @@ def lines(found: Mapping[str, Any]) -> list[str]:
         "the first policy and as many with the last, the mean of those after the last updates where the "
         "experiment says so: the same person in the same moods. *Improved*: J_pred "
         f"at least {least} lower, and errors not higher. In brackets: 95 % intervals over people, shares "
-        "by Wilson, means by a bootstrap. Contacts and nearest: in all trials, of learning and of judging, "
+        "by Wilson, means by a bootstrap. Broken off: the robot did not arrive, or nobody answered; such a "
+        "trial is made again, or left out where policies are judged. Contacts and nearest: in all "
+        "trials, of learning and of judging, "
         "of any link of the robot with a person, an obstacle or the table. Where a key is pressed the "
         "person's arm rests; in the transfer experiments it reaches past the robot.\n",
         markdown_table(
             [
                 "experiment", "improved [%]", f"J_pred {least} lower [%]", "errors not higher [%]",
                 "J_pred, change [%]", "median", "errors before [%]", "after [%]", "change [points]",
-                "contacts", "nearest [cm]", "to a person, learning [cm]", "to obstacles, learning [cm]",
+                "contacts", "broken off", "nearest [cm]", "to a person, learning [cm]",
+                "to obstacles, learning [cm]",
             ],
             rows,
         ),
+        *([_who_did_not(found[A.name])] if A.name in found else []),
     ]  # fmt: skip
+
+
+def _who_did_not(one: Mapping[str, Any]) -> str:
+    """Those of experiment A who do not count as improved, and by what."""
+    left = [person for person in one["people"] if not person["improved"]]
+    if not left:
+        return f"In `{A.name}` everybody improved.\n"
+    texts = [
+        f"seed {who['seed']} (J_pred {who['pred_time_before_s']:.2f} → {who['pred_time_after_s']:.2f} s, "
+        f"errors {who['errors_before']} → {who['errors_after']})"
+        for who in left
+    ]
+    return (
+        f"In `{A.name}` who did not improve, with errors in {one['readings']} trials before and as many "
+        f"after: {', '.join(texts)}.\n"
+    )

@@ -17,7 +17,7 @@ import numpy as np
 
 from hri_planner.dmp.policy import DmpPolicy
 from hri_planner.pibb.costs import Terms
-from hri_planner.pibb.experiment import to_mapping
+from hri_planner.pibb.experiment_file import to_mapping
 from hri_planner.pibb.session import result_of, row_of
 from hri_prediction.compiled import processor
 from hri_prediction.errors import HriError
@@ -91,6 +91,7 @@ class RunFolder:
             "contacts": learnt.contacts,
             "from_person": learnt.from_person,
             "from_obstacles": learnt.from_obstacles,
+            "broken_off": learnt.broken_off,
             "readings": {name: asdict(getattr(learnt, name)) for name in READ},
             "units": {goal: asdict(unit) for goal, unit in learnt.units.items()},
             "trials": [row_of(result) for result in learnt.results],
@@ -118,6 +119,7 @@ class RunFolder:
                 contacts=int(content["contacts"]),
                 from_person=float(content["from_person"]),
                 from_obstacles=float(content["from_obstacles"]),
+                broken_off=int(content["broken_off"]),
                 **readings,
             )
             return learnt, dict(content["origin"])
