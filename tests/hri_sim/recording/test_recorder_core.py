@@ -1,13 +1,16 @@
 from __future__ import annotations
 
+import errno
+import os
 import resource
 import time
 from pathlib import Path
 
 import pytest
 
-from hri_prediction.bags import BagReader, TopicInfo, inspect_bag
+from hri_prediction.bags import BagReader, TopicInfo, durable, inspect_bag
 from hri_prediction.errors import ConfigError, DataError
+from hri_sim.recording.condition import BEHIND_S, troubles
 from hri_sim.recording.provenance import collect_provenance, custom_data, parse_provenance
 from hri_sim.recording.recorder_core import RecorderConfig, RecorderCore
 
@@ -150,3 +153,59 @@ def test_provenance(tmp_path: Path) -> None:
     for text in ("[1]", "{", "/no/such/file"):
         with pytest.raises(ConfigError):
             parse_provenance(text)
+
+
+def test_a_slow_disk_is_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    core = RecorderCore(tmp_path / "run", RecorderConfig(flush_period=0.05, sync_period=0.05))
+    topic = core.add_topic(INFO)
+    assert core.state.behind_s < 0.5
+    monkeypatch.setattr(durable, "sync", lambda descriptor: time.sleep(1.5))
+    push(core, topic, 10)
+    end = time.monotonic() + 5.0
+    while core.state.behind_s <= BEHIND_S and time.monotonic() < end:
+        core.push(topic, bytes(8), 1, 1)
+        time.sleep(0.01)
+    (trouble,) = troubles(core.state, core.dropped_by_topic, {}, {})
+    assert trouble.kind == "behind"
+    assert core.state.queued > 10
+    monkeypatch.undo()
+    core.close()
+    assert core.state.behind_s == 0.0
+    assert core.missing_by_topic == {}
+
+
+@pytest.mark.parametrize("policy", ["end", "stay"])
+def test_a_disk_that_fails_is_not_forgotten(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, policy: str
+) -> None:
+    def fail(descriptor: int) -> None:
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    config = RecorderConfig(flush_period=0.05, sync_period=0.05, on_error=policy)
+    core = RecorderCore(tmp_path / "run", config)
+    topic = core.add_topic(INFO)
+    with monkeypatch.context() as patch:
+        patch.setattr(durable, "sync", fail)
+        push(core, topic, 10)
+        end = time.monotonic() + 5.0
+        while not core.state.error and time.monotonic() < end:
+            time.sleep(0.001)
+        assert "did not take what was written" in core.state.error
+        assert core.must_end is (policy == "end")
+    if policy == "stay":
+        push(core, topic, 10)
+        assert wait_for(core, 20)
+    with pytest.raises(DataError, match=r"Input/output error"):
+        core.close()
+    assert inspect_bag(tmp_path / "run").messages == core.state.written
+
+
+def test_the_queue_tells_how_full_it_is(tmp_path: Path) -> None:
+    core = RecorderCore(tmp_path / "run", RecorderConfig(queue_megabytes=1))
+    topic = core.add_topic(INFO)
+    core.push(topic, bytes(700_000), 1, 1)
+    assert core.state.queue_share == pytest.approx(0.7)
+    core.push(topic, bytes(700_000), 2, 2)
+    assert core.close().message_count == 1
+    assert core.missing_by_topic == {"/a": 1}
+    assert core.state.queue_share == 0.0

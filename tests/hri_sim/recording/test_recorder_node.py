@@ -35,6 +35,7 @@ from std_msgs.msg import ByteMultiArray, String, UInt64  # noqa: E402
 from hri_prediction.bags import BagReader, inspect_bag, salvage  # noqa: E402
 from hri_prediction.errors import ConfigError  # noqa: E402
 from hri_sim.nodes.recorder_node import RecorderNode  # noqa: E402
+from hri_sim.recording.sequence import SequenceGaps  # noqa: E402
 
 DOMAIN = 1 + os.getpid() % 100
 BEST_EFFORT = QoSProfile(
@@ -200,24 +201,29 @@ def test_the_recorder_tells_how_it_is(tmp_path: Path, rig: Rig) -> None:
     heard.clear()
     rig.spin_until(lambda: any(item.level == DiagnosticStatus.ERROR for item in heard))
     assert "1 messages dropped" in heard[-1].message
+    assert "(/rosout 1)" in heard[-1].message
 
 
 def test_losses_on_the_way_are_counted(tmp_path: Path, rig: Rig) -> None:
     recorder = rig.recorder(tmp_path / "run")
     rig.spin_until(lambda: "/rosout" in recorder._recorded)
     topic = recorder._recorded["/rosout"]
-    topic._last = 0
+    topic.gaps = SequenceGaps()
     for number in (1, 2, 5, 6):
         info = {
             "publication_sequence_number": number,
             "received_timestamp": number,
             "source_timestamp": number,
         }
-        topic.publishers = 1
         topic.take((b"\x00\x01\x00\x00", info))
-    assert topic.transport_lost == 2
-    level, text, _ = recorder.health()
-    assert (level, text) == (DiagnosticStatus.WARN, "2 messages lost in transport")
+    topic.gaps.settle(1)
+    assert topic.gaps.lost == 2
+    level, text, figures = recorder.health()
+    assert (level, text) == (
+        DiagnosticStatus.WARN,
+        "2 messages lost in transport (/rosout 2)",
+    )
+    assert figures["lost_in_transport"] == 2
 
 
 def test_bad_parameters_are_refused(tmp_path: Path, rig: Rig) -> None:
@@ -314,5 +320,8 @@ def test_five_thousand_messages_a_second_without_loss(tmp_path: Path) -> None:
     from hri_sim.recording.benchmark import benchmark_recorder
 
     result = benchmark_recorder(5000.0, 1.0, domain=DOMAIN, folder=tmp_path)
-    assert (result.lost, result.duplicated) == (0, 0)
-    assert result.recorded == 5000
+    assert (result.lost, result.gaps, result.duplicated) == (0, 0, 0)
+    assert result.recorded == result.sent == 5000
+    assert 0.0 < result.largest_lag_s < 1.0
+    assert 0.0 < result.longest_unsaved_s < 1.0
+    assert result.file_bytes > 5000

@@ -14,14 +14,14 @@ import numpy as np
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
-from hri_planner.pibb.experiment import find_experiment, load_experiment
+from hri_planner.pibb.experiment_file import find_experiment, load_experiment
 from hri_planner.robot.model import load_robot
 from hri_planner.ros.conversions import joints_from_message
 from hri_prediction.config import parameter, validate
 from hri_prediction.errors import DataError
 from hri_prediction.ros.conversions import WORLD
 from hri_prediction.ros.messages import AdaptationStatus, GoalGuess, Reset
-from hri_prediction.ros.node import OK, HriNode, run_node
+from hri_prediction.ros.node import OK, WARN, HriNode, run_node
 from hri_prediction.ros.parameters import declare_config
 from hri_prediction.ros.qos import SENSOR, reliable
 from hri_prediction.ros.time import NANO, to_ns, to_time
@@ -152,7 +152,7 @@ class ObserverNode(HriNode):
         self._guess.publish(GoalGuess(header=header, body_id=self._config.body_id, goal=goal))
 
     def health(self) -> tuple[bytes, str, dict[str, Any]]:
-        """What the person does."""
+        """What the person does, or waits for."""
         if not self._watching:
             doing = "waiting"
         elif self._participant.guess:
@@ -164,6 +164,10 @@ class ObserverNode(HriNode):
             "keys_pressed": self._guesses,
             "captures_skipped": self._captured.skipped,
         }
+        if self._tool is None:
+            return WARN, "nothing heard of the robot", figures
+        if self._joined is None:
+            return WARN, "nothing heard of the adaptation node", figures
         return OK, doing, figures
 
 

@@ -8,7 +8,6 @@ import re
 import signal
 import sys
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from types import FrameType
 from typing import Any
@@ -21,12 +20,14 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
-from hri_prediction.bags.metadata import INFINITE_NS, BagMetadata, OfferedQos, TopicInfo
+from hri_prediction.bags.metadata import BagMetadata, TopicInfo
 from hri_prediction.bags.schemas import message_class
 from hri_prediction.config import parameter, validate
 from hri_prediction.errors import ConfigError, DataError, HriError
 from hri_prediction.ros.node import ERROR, OK, WARN, HriNode
 from hri_prediction.ros.parameters import declare_config
+from hri_sim.nodes.recorded_topic import RecordedTopic, offered_qos
+from hri_sim.recording.condition import Trouble, named, troubles
 from hri_sim.recording.provenance import collect_provenance, custom_data, parse_provenance
 from hri_sim.recording.recorder_core import RecorderConfig, RecorderCore, RecorderState
 
@@ -34,6 +35,8 @@ PERIOD_S = 0.1
 """How often the graph is looked at for new topics [s]."""
 _RECHECK_TICKS = 10
 """Known topics are checked for new publishers every so many looks."""
+TROUBLES = "troubles"
+"""Figure of its health that names the kinds of what is wrong: disk, queue, behind, types, transport."""
 _DRAIN_S = 1.0
 """At the end: longest time to take what the middleware still holds [s]."""
 
@@ -67,41 +70,6 @@ class RecorderNodeConfig:
             ) from error
 
 
-class _Recorded:
-    """One topic: its subscription, and the callback that queues its messages."""
-
-    def __init__(self, core: RecorderCore, info: TopicInfo, log_time: Callable[[], int] | None):
-        self.info = info
-        self.number = core.add_topic(info)
-        self.subscription: Subscription | None = None
-        self.qos: tuple[ReliabilityPolicy, DurabilityPolicy] | None = None
-        self.publishers = 1
-        self.transport_lost = 0
-        self.received = 0
-        self._push = core.push
-        self._log_time = log_time
-        self._last = 0
-
-    def take(self, taken: Any, info: dict[str, Any] | None = None) -> None:
-        """Queue one message.
-
-        The events executor hands (message, info) over as one argument, the others as two.
-        """
-        data, info = taken if info is None else (taken, info)
-        self.received += 1
-        sequence = info["publication_sequence_number"] or 0
-        if self._log_time is None:
-            log_ns, publish_ns = info["received_timestamp"], info["source_timestamp"]
-        else:
-            log_ns = publish_ns = self._log_time()
-        if sequence:
-            # Numbers of several publishers interleave: then nothing can be said.
-            if self.publishers == 1 and 0 < self._last < sequence - 1:
-                self.transport_lost += sequence - 1 - self._last
-            self._last = sequence
-        self._push(self.number, data, log_ns, publish_ns, sequence)
-
-
 class RecorderNode(HriNode):
     """Subscribes to all that is published, without deserialising, and hands it to the writer.
 
@@ -130,9 +98,10 @@ class RecorderNode(HriNode):
             attachments=(("provenance.json", "application/json", attachment),),
         )
         self._exclude = re.compile(self._config.exclude) if self._config.exclude else None
-        self._recorded: dict[str, _Recorded] = {}
+        self._recorded: dict[str, RecordedTopic] = {}
         self._ignored: set[str] = set()
         self._unknown: dict[str, str] = {}
+        self._known_troubles: set[str] = set()
         self._ticks = 0
         self._last_state: tuple[float, RecorderState] | None = None
         self._look()
@@ -147,8 +116,16 @@ class RecorderNode(HriNode):
         if self._ticks % _RECHECK_TICKS == 0:
             for name, recorded in list(self._recorded.items()):
                 self._adapt(name, recorded, self.get_publishers_info_by_topic(name))
-        if self.core.state.error:
-            self.fault("disk", self.core.state.error, ERROR)
+        for name, recorded in self._recorded.items():
+            if recorded.gaps.suspects:
+                recorded.gaps.settle(self.count_publishers(name))
+        found = self._troubles()
+        for trouble in found:
+            self.fault(trouble.kind, trouble.text, ERROR if trouble.serious else WARN)
+        kinds = {trouble.kind for trouble in found}
+        if kinds - self._known_troubles:
+            self._next_diagnostics_ns = now_ns  # at once
+        self._known_troubles = kinds
 
     def _look(self) -> None:
         for name, types in self.get_topic_names_and_types():
@@ -179,18 +156,19 @@ class RecorderNode(HriNode):
         info = TopicInfo(
             name,
             type_name,
-            tuple(_offered(item.qos_profile) for item in publishers),
+            tuple(offered_qos(item.qos_profile) for item in publishers),
             str(publishers[0].topic_type_hash),
         )
-        recorded = _Recorded(self.core, info, self._log_time)
+        recorded = RecordedTopic(self.core, info, self._log_time, len(publishers))
         self._recorded[name] = recorded
         self._adapt(name, recorded, publishers)
 
-    def _adapt(self, name: str, recorded: _Recorded, publishers: list[TopicEndpointInfo]) -> None:
+    def _adapt(
+        self, name: str, recorded: RecordedTopic, publishers: list[TopicEndpointInfo]
+    ) -> None:
         """Subscribe so that all publishers match; again when a new one offers less."""
         if not publishers:
             return
-        recorded.publishers = len(publishers)
         offered = [item.qos_profile for item in publishers]
         reliable = all(q.reliability == ReliabilityPolicy.RELIABLE for q in offered)
         latched = all(q.durability == DurabilityPolicy.TRANSIENT_LOCAL for q in offered)
@@ -231,8 +209,15 @@ class RecorderNode(HriNode):
             self.destroy_subscription(previous)
 
     # ------------------------------------------------------------------ health
+    def _lost_in_transport(self) -> dict[str, int]:
+        return {name: item.gaps.lost for name, item in self._recorded.items() if item.gaps.lost}
+
+    def _troubles(self) -> list[Trouble]:
+        core = self.core
+        return troubles(core.state, core.dropped_by_topic, self._lost_in_transport(), self._unknown)
+
     def health(self) -> tuple[bytes, str, dict[str, Any]]:
-        """Rate, queue, size, drops."""
+        """Rate, queue, size, drops; what is wrong, and which messages that costs."""
         state = self.core.state
         now = time.monotonic()
         rate = byte_rate = 0.0
@@ -241,11 +226,8 @@ class RecorderNode(HriNode):
             rate = (state.received - last.received) / (now - before)
             byte_rate = (state.received_bytes - last.received_bytes) / (now - before)
         self._last_state = (now, state)
-        lost = {
-            name: item.transport_lost
-            for name, item in self._recorded.items()
-            if item.transport_lost
-        }
+        lost = self._lost_in_transport()
+        found = self._troubles()
         figures: dict[str, Any] = {
             "bag": str(self.core.folder),
             "topics": len(self._recorded),
@@ -257,22 +239,20 @@ class RecorderNode(HriNode):
             "queue": state.queued,
             "queue_bytes": state.queued_bytes,
             "queue_most": state.most_queued,
+            "queue_share": f"{state.queue_share:.4f}",
+            "behind_s": f"{state.behind_s:.2f}",
             "dropped": state.dropped,
             "lost_in_transport": sum(lost.values()),
+            TROUBLES: " ".join(trouble.kind for trouble in found),
         }
         figures |= {f"received {name}": item.received for name, item in self._recorded.items()}
         figures |= {f"dropped {name}": n for name, n in self.core.dropped_by_topic.items()}
         figures |= {f"lost_in_transport {name}": n for name, n in lost.items()}
         figures |= {f"not recorded {name}": kind for name, kind in self._unknown.items()}
-        if state.error:
-            return ERROR, f"not writing: {state.error}", figures
-        if state.dropped:
-            return ERROR, f"{state.dropped} messages dropped: the queue was full", figures
-        if self._unknown:
-            return WARN, f"{len(self._unknown)} topics of unknown types", figures
-        if lost:
-            return WARN, f"{sum(lost.values())} messages lost in transport", figures
-        return OK, "recording", figures
+        if not found:
+            return OK, "recording", figures
+        level = ERROR if any(trouble.serious for trouble in found) else WARN
+        return level, "; ".join(trouble.text for trouble in found), figures
 
     def close(self) -> None:
         """Write what is queued and close the bag; a second call does nothing.
@@ -304,30 +284,12 @@ class RecorderNode(HriNode):
         state = self.core.state
         missing = state.dropped + state.lost
         if missing:
+            topics = named(self.core.missing_by_topic)
             raise DataError(
-                f"{missing} messages could not be written to {self.core.folder}"
-                + (f" ({error})" if error else ""),
-                hint="what was written is readable",
+                f"{missing} messages could not be written to {self.core.folder} ({topics})"
+                + (f": {error}" if error else ""),
+                hint="" if error else "what was written is readable",
             )
-
-
-def _offered(profile: QoSProfile) -> OfferedQos:
-    """What a publisher offers, in rosbag2's words."""
-    return OfferedQos(
-        history=profile.history.name.lower(),
-        depth=profile.depth,
-        reliability=profile.reliability.name.lower(),
-        durability=profile.durability.name.lower(),
-        deadline_ns=_finite(profile.deadline.nanoseconds),
-        lifespan_ns=_finite(profile.lifespan.nanoseconds),
-        liveliness=profile.liveliness.name.lower(),
-        liveliness_lease_ns=_finite(profile.liveliness_lease_duration.nanoseconds),
-        avoid_ros_namespace_conventions=profile.avoid_ros_namespace_conventions,
-    )
-
-
-def _finite(nanoseconds: int) -> int:
-    return min(nanoseconds, INFINITE_NS)
 
 
 class _EndSignal:
@@ -368,7 +330,9 @@ def main(args: list[str] | None = None) -> int:
         print(f"{node.get_name()} ready: records all topics to {node.core.folder}", flush=True)
         while rclpy.ok() and not stop.seen and not node.core.must_end:
             executor.spin_once(timeout_sec=0.1)
-        if not node.core.must_end:
+        if node.core.must_end:
+            node.tick()  # says so, on /diagnostics too
+        else:
             _drain(executor, node)
         node.finish()
     except HriError as error:

@@ -19,7 +19,7 @@ from hri_prediction.config import parameter, validate
 from hri_prediction.errors import ConfigError, DataError, HriError
 from hri_prediction.ros.conversions import WORLD, flat, sample_from_message
 from hri_prediction.ros.messages import ControllerState, HumanArm, Reset, SimState
-from hri_prediction.ros.node import ERROR, OK, HriNode, run_node
+from hri_prediction.ros.node import ERROR, OK, WARN, HriNode, run_node
 from hri_prediction.ros.parameters import declare_config
 from hri_prediction.ros.qos import LATCHED, SENSOR, reliable
 from hri_prediction.ros.time import seconds_to_ns, to_ns, to_time
@@ -28,6 +28,7 @@ from hri_sim.scenario.schema import Scenario, load_scenario
 from hri_sim.scenario.shipped import load_shipped
 from hri_sim.simulator.controller import IDLE, STOPPING, TRACKING
 from hri_sim.simulator.simulation import STEP_NS, Simulation, SimulatorConfig
+from hri_sim.simulator.stopchain import NO_HEARTBEAT
 from hri_sim.simulator.trajectory import JointTrajectory
 from hri_sim.warm import warm_simulation
 
@@ -275,7 +276,7 @@ class SimulatorNode(HriNode):
         )
 
     def health(self) -> tuple[bytes, str, dict[str, Any]]:
-        """Controller state, real-time factor, refusals."""
+        """Controller state, and why it stops where nobody asked it to; real-time factor, refusals."""
         controller = self._simulation.controller
         busy = sum(self._busy_s) / len(self._busy_s) if self._busy_s else 0.0
         figures = {
@@ -288,6 +289,10 @@ class SimulatorNode(HriNode):
         contacts = self._simulation.contacts()[0]
         if contacts:
             return ERROR, "the robot touches a person", figures
+        # Standing, the robot does not need the heartbeat, but could not set off without it.
+        stopped = controller.state == STOPPING and not controller.chain.halting
+        if stopped or controller.chain.reason == NO_HEARTBEAT:
+            return WARN, controller.chain.reason, figures
         return OK, controller.reason or controller.state, figures
 
 

@@ -1,13 +1,14 @@
 """How many messages a second the recorder takes without loss, measured across processes.
 
 One process publishes numbered messages at a steady rate on several topics; the recorder, in a
-process of its own, records them; afterwards the numbers in the bag are compared with those sent.
-Run it with ``python -m hri_sim.recording.benchmark --rate 5000 --seconds 5``.
+process of its own, records them; afterwards the numbers in the bag are compared with those sent,
+topic by topic. Run it with ``scripts/benchmark_recorder.py --seconds 60``.
 """
 
 from __future__ import annotations
 
 import argparse
+import array
 import json
 import os
 import signal
@@ -19,11 +20,16 @@ import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+import numpy as np
 import psutil
+from numpy.typing import NDArray
 
 from hri_prediction.bags.inspect import inspect_bag
 from hri_prediction.bags.reader import BagReader
-from hri_prediction.errors import GraphError
+from hri_prediction.errors import ConfigError, GraphError, HriError
+from hri_prediction.results.origin import results_origin
+from hri_sim.launch.folder import NewFolder
+from hri_sim.recording.growth import FileGrowth, longest_unsaved_s
 
 _TOPIC = "/benchmark/topic_{}"
 
@@ -34,27 +40,38 @@ class BenchmarkResult:
 
     Attributes:
         rate_hz: Messages a second, as asked for, all topics together.
+        topics: Topics.
         sent: Messages sent.
         sent_rate_hz: Rate that the publisher reached.
         recorded: Messages in the bag.
         lost: Numbers that are missing in the bag.
+        gaps: How many times numbers are missing in a topic, one after another counting once.
         duplicated: Numbers that are there twice.
         recorder_cpu: CPU time of the recorder per second of publishing (1 = one core).
         recorder_rss_mb: Its memory at the end [MB].
         latency_p50_ms: Sending to receipt in the recorder.
         latency_p99_ms: Likewise.
+        largest_lag_s: The longest from sending to receipt.
+        longest_unsaved_s: The longest that a message which had been received was not in the file: what
+            ``kill -9`` would have cost at the worst moment.
+        file_bytes: Size of the bag's file.
     """
 
     rate_hz: float
+    topics: int
     sent: int
     sent_rate_hz: float
     recorded: int
     lost: int
+    gaps: int
     duplicated: int
     recorder_cpu: float
     recorder_rss_mb: float
     latency_p50_ms: float
     latency_p99_ms: float
+    largest_lag_s: float
+    longest_unsaved_s: float
+    file_bytes: int
 
 
 def _payload(number: int, size: int) -> bytes:
@@ -142,8 +159,14 @@ def benchmark_recorder(
         folder: Where to put the bag; a temporary folder when not given.
 
     Raises:
+        ConfigError: rate, duration, number or size is not above zero.
         GraphError: one of the processes failed.
     """
+    if min(rate_hz, seconds, topics, size) <= 0:
+        raise ConfigError(
+            f"rate {rate_hz:g}, {seconds:g} s, {topics} topics of {size} bytes",
+            expected="numbers above zero",
+        )
     with tempfile.TemporaryDirectory() as scratch:
         bag = Path(folder or scratch) / "benchmark"
         env = {
@@ -167,13 +190,14 @@ def benchmark_recorder(
                 f"publish({rate_hz}, {seconds}, {topics}, {size}, {reliable}, {recorder.pid})))"
             )
             process = psutil.Process(recorder.pid)
-            publisher = subprocess.run(
-                [sys.executable, "-c", code],
-                env=env,
-                capture_output=True,
-                text=True,
-                timeout=seconds * 10 + 60,
-            )
+            with FileGrowth(bag) as growth:
+                publisher = subprocess.run(
+                    [sys.executable, "-c", code],
+                    env=env,
+                    capture_output=True,
+                    text=True,
+                    timeout=seconds * 10 + 60,
+                )
             if recorder.poll() is not None:
                 raise GraphError(f"the recorder ended early: {recorder.communicate()[0].strip()}")
             if publisher.returncode:
@@ -187,43 +211,93 @@ def benchmark_recorder(
             if recorder.poll() is None:
                 recorder.kill()
             recorder.communicate()
-        found: dict[int, int] = {}
-        for message in BagReader(bag).messages([_TOPIC.format(i) for i in range(topics)]):
-            number = _number(message.data)
-            found[number] = found.get(number, 0) + 1
+        counts = np.bincount(_numbers(bag, topics), minlength=int(sent["sent"]))
         reports = [t for t in inspect_bag(bag).topics if t.topic.startswith("/benchmark")]
         latencies = [topic.transport for topic in reports if topic.transport]
+        (file,) = bag.glob("*.mcap")
+        nan = float("nan")
         return BenchmarkResult(
             rate_hz=rate_hz,
+            topics=topics,
             sent=int(sent["sent"]),
             sent_rate_hz=sent["rate"],
-            recorded=sum(found.values()),
-            lost=int(sent["sent"]) - len(found),
-            duplicated=sum(count - 1 for count in found.values()),
+            recorded=int(counts.sum()),
+            lost=int(np.count_nonzero(counts == 0)),
+            gaps=sum(count_gaps(counts[topic::topics]) for topic in range(topics)),
+            duplicated=int(np.sum(counts[counts > 1] - 1)),
             recorder_cpu=sent["cpu"],
             recorder_rss_mb=memory / 1e6,
-            latency_p50_ms=max((item.p50 for item in latencies), default=float("nan")) * 1e3,
-            latency_p99_ms=max((item.p99 for item in latencies), default=float("nan")) * 1e3,
+            latency_p50_ms=max((item.p50 for item in latencies), default=nan) * 1e3,
+            latency_p99_ms=max((item.p99 for item in latencies), default=nan) * 1e3,
+            largest_lag_s=max((item.worst for item in latencies), default=nan),
+            longest_unsaved_s=longest_unsaved_s(growth.seen, file),
+            file_bytes=file.stat().st_size,
         )
+
+
+def _numbers(bag: Path, topics: int) -> NDArray[np.int64]:
+    """The numbers in a bag, in any order.
+
+    Raises:
+        GraphError: a message is not on the topic of its number.
+    """
+    names = {_TOPIC.format(index): index for index in range(topics)}
+    found = array.array("q")
+    for message in BagReader(bag).messages(names):
+        number = _number(message.data)
+        if number % topics != names[message.topic]:
+            raise GraphError(f"message {number} was recorded on {message.topic}")
+        found.append(number)
+    return np.array(found, dtype=np.int64)
+
+
+def count_gaps(counts: NDArray[np.int64]) -> int:
+    """How many times numbers are missing, one after another counting once.
+
+    Args:
+        counts: How often each number of a topic was found, in the order of sending (N,).
+    """
+    missing = counts == 0
+    return int(np.count_nonzero(missing[1:] & ~missing[:-1])) + int(missing[:1].any())
 
 
 def main(argv: list[str] | None = None) -> int:
     """Measure one rate and print the figures as JSON; exit code 1 when messages were lost."""
-    parser = argparse.ArgumentParser(prog="recording.benchmark", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="benchmark_recorder.py",
+        description="Publish numbered messages at a steady rate, record them, and see whether every "
+        "one is in the bag.",
+        epilog="Exit codes: 0 nothing was lost, 1 something was, or it could not be measured.",
+    )
     parser.add_argument("--rate", type=float, default=5000.0, help="messages a second")
-    parser.add_argument("--seconds", type=float, default=5.0, help="how long to publish")
+    parser.add_argument("--seconds", type=float, default=60.0, help="how long to publish")
     parser.add_argument("--topics", type=int, default=10, help="number of topics")
     parser.add_argument("--size", type=int, default=64, help="bytes of data in a message")
     parser.add_argument("--reliable", action="store_true", help="reliable publishers")
-    options = parser.parse_args(argv)
-    result = benchmark_recorder(
-        options.rate,
-        options.seconds,
-        topics=options.topics,
-        size=options.size,
-        reliable=options.reliable,
+    parser.add_argument("--smoke", action="store_true", help="for one second only")
+    parser.add_argument(
+        "--out", type=Path, help="folder for the figures, results.json, and the bag; new or empty"
     )
-    print(json.dumps(asdict(result), indent=2))
+    options = parser.parse_args(argv)
+    try:
+        if options.out is not None:
+            NewFolder(options.out, "--out")
+        result = benchmark_recorder(
+            options.rate,
+            1.0 if options.smoke else options.seconds,
+            topics=options.topics,
+            size=options.size,
+            reliable=options.reliable,
+            folder=options.out,
+        )
+    except HriError as error:
+        print(f"benchmark_recorder.py: {error}", file=sys.stderr)
+        return 1
+    figures = asdict(result)
+    if options.out is not None:
+        content = {**figures, "origin": results_origin()}
+        (options.out / "results.json").write_text(json.dumps(content, indent=2) + "\n")
+    print(json.dumps(figures, indent=2))
     return 1 if result.lost else 0
 
 

@@ -10,7 +10,9 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from hri_prediction.errors import ConfigError
+from hri_prediction.errors import ConfigError, DataError, cut
+from hri_prediction.files.content import read_text
+from hri_prediction.files.values import parse_json
 from hri_prediction.results.commit import git_revision
 
 _PACKAGES = ("hri-prediction", "hri-planner", "hri-sim", "rclpy", "numpy", "mujoco")
@@ -28,11 +30,12 @@ def parse_provenance(text: str) -> dict[str, Any]:
     try:
         if not text.lstrip().startswith("{"):
             source = text
-            text = Path(text).read_text(encoding="utf-8")
-        node = json.loads(text)
-    except (OSError, ValueError) as error:
+            text = read_text(text)
+        node = parse_json(text)
+    except (DataError, ValueError) as error:
         raise ConfigError(
-            f"{source} cannot be read: {error}", expected="a JSON object or a file with one"
+            f"{source} cannot be read: {cut(str(error), 1000)}",
+            expected="a JSON object or a file with one",
         ) from error
     if not isinstance(node, dict):
         raise ConfigError(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections import deque
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,6 +28,15 @@ class RecorderConfig:
         unit="s",
         low=0.05,
         high=1.0,
+    )
+    sync_period: float = parameter(
+        1.0,
+        "How often the disk itself is made to take what the operating system has; a power cut loses "
+        "at most this and flush_period. 0 leaves it to the operating system, which may take half a "
+        "minute",
+        unit="s",
+        low=0.0,
+        high=60.0,
     )
     chunk_kilobytes: int = parameter(
         1024, "Uncompressed size of a chunk", unit="kB", low=16, high=65536
@@ -70,6 +80,8 @@ class RecorderState:
         file_bytes: Size of the bag file.
         error: Why the disk does not take messages at present, empty when it does.
         most_queued: Greatest length of the queue so far.
+        queue_share: How full the queue is, by messages or by size, whichever is more (1: full).
+        behind_s: For how long the writer has not got through with what was queued [s].
     """
 
     received: int
@@ -82,12 +94,15 @@ class RecorderState:
     file_bytes: int
     error: str
     most_queued: int
+    queue_share: float
+    behind_s: float
 
 
 @dataclass
 class _Topic:
     info: TopicInfo
     channel: int = 0
+    received: int = 0
     dropped: int = 0
 
 
@@ -121,6 +136,7 @@ class RecorderCore:
             folder,
             custom_data=custom_data,
             flush_period=self.config.flush_period,
+            sync_period=self.config.sync_period,
             chunk_bytes=self.config.chunk_kilobytes * 1024,
             min_free_bytes=self.config.min_free_megabytes * 1_000_000,
         )
@@ -138,6 +154,7 @@ class RecorderCore:
         self._bytes_in = 0
         self._bytes_out = 0
         self._error = ""
+        self._through_s = time.monotonic()
         self._metadata: BagMetadata | None = None
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="bag writer", daemon=True)
@@ -161,6 +178,7 @@ class RecorderCore:
             sequence: Publisher's sequence number, 0 when not known.
         """
         self._received += 1
+        self._topics[topic].received += 1
         waiting = len(self._queue)
         if (
             waiting >= self.config.queue_messages
@@ -178,23 +196,37 @@ class RecorderCore:
     @property
     def state(self) -> RecorderState:
         """Present figures."""
+        queued, queued_bytes = len(self._queue), self._bytes_in - self._bytes_out
+        behind_s = time.monotonic() - self._through_s - _IDLE_S
         return RecorderState(
             received=self._received,
             written=self._writer.message_count,
             dropped=self._dropped,
             lost=self._writer.lost_messages,
-            queued=len(self._queue),
-            queued_bytes=self._bytes_in - self._bytes_out,
+            queued=queued,
+            queued_bytes=queued_bytes,
             received_bytes=self._bytes_in,
             file_bytes=self._writer.size,
             error=self._error,
             most_queued=self._most_queued,
+            queue_share=max(queued / self.config.queue_messages, queued_bytes / self._max_bytes),
+            behind_s=max(behind_s, 0.0) if self._thread.is_alive() else 0.0,
         )
 
     @property
     def dropped_by_topic(self) -> dict[str, int]:
         """Topics of which messages were dropped, with how many."""
         return {topic.info.name: topic.dropped for topic in self._topics if topic.dropped}
+
+    @property
+    def missing_by_topic(self) -> dict[str, int]:
+        """Topics of which messages did not get into the bag, with how many; for a closed bag."""
+        written = {topic.name: topic.message_count for topic in self._writer.topics}
+        missing = {
+            topic.info.name: topic.received - written.get(topic.info.name, 0)
+            for topic in self._topics
+        }
+        return {name: count for name, count in missing.items() if count}
 
     @property
     def must_end(self) -> bool:
@@ -242,6 +274,7 @@ class RecorderCore:
                     topics[number].channel = writer.add_topic(topics[number].info)
                 writer.write(topics[number].channel, data, log_ns, publish_ns, sequence)
             writer.flush_if_due()
+            self._through_s = time.monotonic()
         except DataError as error:
             self._error = str(error)
         except Exception as error:  # a recorder never dies silently: the node reports this

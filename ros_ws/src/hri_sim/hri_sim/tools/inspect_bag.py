@@ -111,9 +111,13 @@ def show(report: BagReport, console: Console) -> None:
 def _salvaged(report: SalvageReport) -> str:
     parts = [f"{report.metadata.message_count:,} messages of {len(report.metadata.topics)} topics"]
     if report.partial_messages:
-        parts.append(f"{report.partial_messages} of them from a chunk that is cut")
+        parts.append(
+            f"{report.partial_messages} of them from a chunk that is cut, so no checksum covers them"
+        )
     if report.damaged_chunks:
         parts.append(f"{report.damaged_chunks} damaged chunks passed over")
+    if report.broken:
+        parts.append(f"{report.broken} damaged places between chunks passed over")
     if report.unread_bytes:
         parts.append(f"{report.unread_bytes} bytes at the end are no whole record")
     return f"salvaged to {report.folder}: " + ", ".join(parts)
