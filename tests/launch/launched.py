@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import contextlib
+import csv
 import subprocess
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import psutil
 
-NODES = ("simulator", "person", "predictor", "ptomp", "policy", "recorder")
+NODES = (
+    "simulator", "person", "predictor", "ptomp", "policy", "recorder", "adaptation", "observer",
+)  # fmt: skip
 
 
 @dataclass
@@ -40,8 +44,23 @@ class Launched:
 
     def wait_for(self, word: str, timeout_s: float = 40.0) -> None:
         """Until it has printed a word."""
+        self._wait(lambda: word in self.text, timeout_s)
+
+    def wait_for_trials(self, count: int, timeout_s: float = 120.0) -> None:
+        """Until so many trials of an experiment are done."""
+        self._wait(lambda: len(self.trials()) >= count, timeout_s)
+
+    def trials(self) -> list[dict[str, str]]:
+        """Trials of an experiment, as its table has them."""
+        try:
+            with (self.out / "trials" / "trials.csv").open() as file:
+                return list(csv.DictReader(file))
+        except FileNotFoundError:
+            return []
+
+    def _wait(self, done: Callable[[], bool], timeout_s: float) -> None:
         end = time.monotonic() + timeout_s
-        while word not in self.text:
+        while not done():
             assert self.process.poll() is None, self.text
             assert time.monotonic() < end, self.text
             time.sleep(0.02)

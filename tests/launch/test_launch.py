@@ -24,8 +24,9 @@ from rosbags.rosbag2 import Reader
 from sensor_msgs.msg import JointState
 from typer.testing import CliRunner
 
-from hri_prediction.bags.reader import BagReader, is_closed
+from hri_prediction.bags.reader import BagReader
 from hri_prediction.bags.salvage import salvage
+from hri_prediction.bags.structure import is_closed
 from hri_prediction.errors import HriError
 from hri_prediction.ros.qos import SENSOR
 from hri_prediction.ros.this_machine import CHOICES

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-import csv
 import json
+import signal
+import time
 from collections.abc import Callable
 from pathlib import Path
 
+import psutil
 import pytest
 from launched import Launched
 from typer.testing import CliRunner
 
 from hri_planner.dmp.model_file import load_dmp, save_dmp
 from hri_planner.dmp.policy import DmpPolicy
-from hri_planner.pibb.experiment import find_experiment, load_experiment
+from hri_planner.pibb.experiment_file import find_experiment, load_experiment
 from hri_planner.pibb.library import PolicyLibrary
 from hri_planner.robot.model import load_robot
 from hri_prediction.bags.reader import BagReader
+from hri_prediction.ros.messages import PolicyStatus
 from hri_sim.launch.adapt import app as adapt_app
 from hri_sim.launch.dmp import DEFAULT_POLICY
 from hri_sim.launch.dmp import app as launch_app
@@ -48,8 +51,7 @@ def test_a_person_teaches_the_robot(launch: Launch, tmp_path: Path, experiment: 
     library = tmp_path / "library"
     run = launch(*options, "--library", str(library), "--seed", "2", script="adapt_policy.py")
     assert run.end(200.0) == 0, run.text
-    with (run.out / "trials" / "trials.csv").open() as file:
-        trials = list(csv.DictReader(file))
+    trials = run.trials()
     goals = load_experiment(find_experiment(experiment)).goals
     assert len(trials) == 3 * len(goals)
     assert {row["goal"] for row in trials} == set(goals)
@@ -65,6 +67,46 @@ def test_a_person_teaches_the_robot(launch: Launch, tmp_path: Path, experiment: 
     again = CliRunner().invoke(adapt_app, [*options[:3], "--person", "bob", "--out", str(run.out)])
     assert again.exit_code == 1
     assert "ann" in again.output
+
+
+def test_ctrl_c_stops_the_robot_and_who_sends_it(launch: Launch) -> None:
+    """In mid-motion: no trial begins while nodes are being stopped, and the recording shows the rest."""
+    run = launch("--smoke", "--person", "ann", "--seed", "2", script="adapt_policy.py")
+    run.wait_for("trials: ", 120.0)
+    time.sleep(3.0)
+    run.process.send_signal(signal.SIGINT)
+    assert run.end(60.0) == 130
+    assert "goes on" in run.text
+    assert "Traceback" not in run.text
+    reader = BagReader(run.out / "run_1" / "bag")
+    *_, last = (m.decode() for m in reader.messages({"/joint_states"}))
+    assert max(abs(speed) for speed in last.velocity) < 0.02
+    *_, status = (m.decode() for m in reader.messages({"/policy/status"}))
+    assert status.stage not in (PolicyStatus.MOVING, PolicyStatus.STOPPING)
+
+
+def test_trials_go_on_after_everything_was_killed(launch: Launch) -> None:
+    """In mid-motion of a trial: it is made again, and those before it stand as they were."""
+    options = ("--experiment", "transfer", "--smoke", "--person", "ann", "--seed", "2")
+    first = launch(*options, script="adapt_policy.py")
+    first.wait_for("trials: ", 120.0)
+    first.wait_for_trials(2)
+    time.sleep(4.0)  # back to the start takes some 2 s, and the way to the goal as long
+    nodes = first.nodes()
+    nodes["adaptation"].kill()
+    first.process.kill()
+    assert first.end() == -signal.SIGKILL
+    _, left = psutil.wait_procs(nodes.values(), 20.0)
+    assert not left
+    before = first.trials()
+    assert 2 <= len(before) < 9
+
+    again = launch(*options, out=first.out, script="adapt_policy.py")
+    assert again.end(200.0) == 0, again.text
+    after = again.trials()
+    assert len(after) == 9
+    assert after[: len(before)] == before
+    assert BagReader(first.out / "run_2" / "bag").topics["/adaptation/status"]
 
 
 @pytest.mark.parametrize(
@@ -143,7 +185,8 @@ def test_what_does_not_fit_a_policy_is_named(tmp_path: Path) -> None:
     )
     for options, words in (
         (["--policy", str(other)], "goals a, b, c"),
-        (["--policy", "rnn_gru_9x9_d1"], "hri-dmp-1"),
+        (["--policy", "rnn_gru_9x9_d1"], "launch_rnn.py runs networks"),
+        (["--policy", "rnn_gru_9x9_d1", "--scenario", "s.yaml"], "launch_rnn.py runs networks"),
         (["--experiment", "nothing"], "nothing"),
         (["--human", "robot"], "simulated, replay"),
     ):

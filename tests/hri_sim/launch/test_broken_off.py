@@ -19,7 +19,7 @@ import typer
 from rich.console import Console
 
 from hri_sim.launch import command, run
-from hri_sim.launch.conductor import NodeDeath
+from hri_sim.launch.deaths import NodeDeath
 from hri_sim.launch.run import RunOptions, run_graph
 from hri_sim.launch.supervisor import Death
 
@@ -48,6 +48,9 @@ class _NoNodes:
 
     def died(self, label: str) -> bool:
         return False
+
+    def exit_code(self, label: str) -> int | None:
+        return None
 
 
 class _Dying:
@@ -179,3 +182,16 @@ def test_a_full_disk_is_one_line_in_every_script(tmp_path: Path) -> None:
     )
     assert done.returncode == 1
     assert done.stderr == "-c: error: x.npz: No space left\n"
+
+
+def test_messages_that_are_missing_are_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, console: Console
+) -> None:
+    monkeypatch.setattr(run, "Supervisor", _NoNodes)
+    monkeypatch.setattr(run, "Conductor", _Dying)
+    monkeypatch.setattr(run, "read_run", lambda *a, **o: SimpleNamespace(lost_messages=7))
+    monkeypatch.setattr(run, "summarise", lambda *a, **o: {"outcome": "interrupted"})
+    monkeypatch.setattr(run, "print_table", lambda *a: None)
+    with pytest.raises(NodeDeath):
+        run_graph(RunOptions(out=tmp_path / "run", reaches=1), console)
+    assert "7 messages were sent and are not in" in _said(console)

@@ -111,7 +111,7 @@ def test_the_smallest_clearance_is_kept_for_each_reach(
         for clearance in (1e9, *heard):
             conductor._on_state(SimState(clearance=clearance))
         conductor._next_say = 0.0
-        conductor._say_status(0)
+        conductor._say_status("reach 1/3", conductor._closest[-1])
         conductor._report_interrupted("Ctrl-C")
     assert [report.min_clearance_m for report in conductor.reports] == [None, 0.2]
     assert {report.outcome for report in conductor.reports} == {"interrupted"}
@@ -120,6 +120,6 @@ def test_the_smallest_clearance_is_kept_for_each_reach(
     # Nothing has been heard of this one yet.
     conductor._closest.append(float("inf"))
     conductor._next_say = 0.0
-    conductor._say_status(0)
+    conductor._say_status("reach 1/3", conductor._closest[-1])
     assert "clear" in said[2]
     assert "inf" not in said[2]

@@ -30,6 +30,7 @@ NODES = (
     "ptomp",
     "recorder",
     "replayer",
+    "separation_monitor",
     "simulator",
 )
 

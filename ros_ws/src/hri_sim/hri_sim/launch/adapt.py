@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Annotated
@@ -14,8 +15,8 @@ from rich.console import Console
 from hri_planner.dmp.model_file import save_dmp
 from hri_planner.dmp.policy import DmpPolicy
 from hri_planner.pibb.beginning import first_policy
-from hri_planner.pibb.experiment import (
-    Experiment,
+from hri_planner.pibb.experiment import Experiment
+from hri_planner.pibb.experiment_file import (
     experiment_of,
     find_experiment,
     load_experiment,
@@ -23,28 +24,30 @@ from hri_planner.pibb.experiment import (
     to_mapping,
 )
 from hri_planner.pibb.library import PolicyLibrary
-from hri_planner.pibb.names import check_name
 from hri_planner.pibb.session import Session
 from hri_planner.pibb.storage import POLICY, learnt_in, learnt_policy
 from hri_planner.pibb.storage import TRIALS as TABLE
-from hri_planner.policy.model_file import find_any
+from hri_planner.policy.model_file import find_dmp
 from hri_planner.robot.model import load_robot
 from hri_prediction.config import from_mapping
 from hri_prediction.errors import ConfigError, HriError
+from hri_prediction.files.values import parse_yaml
 from hri_prediction.results.origin import results_origin
 from hri_prediction.results.progress import ProgressLine
-from hri_sim.launch.adaptation import TRIALS, AdaptationOptions, run_adaptation
+from hri_sim.launch.adapt_checks import MODES, check_free, check_given
+from hri_sim.launch.adaptation import TRIALS, AdaptationOptions, Conducted, run_adaptation
+from hri_sim.launch.deaths import ON_DEATH, STOP
 from hri_sim.launch.folder import naming
 from hri_sim.launch.lockstep import run_in_lockstep
 from hri_sim.launch.options import Parameters, Seed, default_folder, one_of
-from hri_sim.launch.run import explain
-from hri_sim.readability.batch import batch_table, learn_all
+from hri_sim.launch.separation import DEFAULT_SEPARATION, SEPARATIONS, Separation
+from hri_sim.launch.telling import explain
+from hri_sim.readability.batch import PEOPLE, batch_table, learn_all
 from hri_sim.readability.library_command import DEFAULT_LIBRARY
 from hri_sim.readability.traits import POPULATIONS
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 
-MODES = ("live", "lockstep", "batch")
 HUMANS = ("simulated", "live")
 
 
@@ -136,6 +139,15 @@ def adapt(
         ),
     ] = None,
     record: Annotated[bool, typer.Option(help="live: record a bag.")] = True,
+    separation: Separation = DEFAULT_SEPARATION,
+    on_death: Annotated[
+        str,
+        typer.Option(
+            help="live: what is done when a node dies. stop: the experiment ends, unless it can do "
+            "without it (recorder); restart: it is started again, three times each, and the trial under "
+            "way is made again."
+        ),
+    ] = STOP,
     smoke: Annotated[bool, typer.Option(help="A few trials only: does it run?")] = False,
 ) -> None:
     """Let a policy improve by how a person reads the robot (PI^BB).
@@ -144,26 +156,26 @@ def adapt(
     goal it is going to; what was read soon and rightly counts for more in the next update. Everything is
     saved after each trial: Ctrl-C, a crash or a kill lose the trial under way, and the same command with
     the same --out goes on. Leaves trials.csv, policy.npz (also in the library), adaptation.png and, live,
-    a bag. Exit code 0: done; 1: something went wrong; 3: the robot touched something or somebody in a
-    trial; 130 after Ctrl-C.
+    a bag. Exit code 0: done; 1: something went wrong; 3: the robot touched something or somebody, in
+    a trial or, in the run that ends with it, elsewhere; 130 after Ctrl-C.
     """
     console = Console()
+    folder = out or default_folder("adapt")
     try:
         one_of("mode", mode, MODES)
         one_of("human", human, HUMANS)
         one_of("population", population, tuple(POPULATIONS))
-        _check_given(ctx, mode)
+        check_given(ctx, mode)
         if policy is not None:
             with naming("--policy", policy):
-                policy = Path(find_any(str(policy)))
+                policy = find_dmp(str(policy))
         with naming("--experiment", experiment):
             chosen = load_experiment(find_experiment(experiment))
         chosen = _changed(chosen, weights, updates, rollouts, habituation)
         if smoke:
-            plan = replace(chosen.improvement, updates=1, rollouts=2, habituation=1)
+            plan = replace(chosen.improvement.lasting(1), rollouts=2, habituation=1)
             chosen, readings, seeds = chosen.with_(improvement=plan), 2, min(seeds, 2)
         chosen.check(load_robot())
-        folder = out or default_folder("adapt")
         if mode == "batch":
             first = None
             if policy is not None:
@@ -175,70 +187,41 @@ def adapt(
         name = person or f"person{seed}"
         # What a few trials taught is nothing to keep.
         kept = None if smoke else PolicyLibrary(library)
+        own = None if replace_policy else folder / TRIALS
         if kept is not None:
-            _check_free(kept, name, chosen.name, replace_policy or (folder / TRIALS).exists())
-        session, begun = _one(
-            chosen, folder, mode, human, population, name, policy, parameters, seed, record, console
+            check_free(kept, name, chosen.name, own)
+        options = AdaptationOptions(
+            out=folder,
+            experiment=chosen,
+            person=name,
+            seed=seed,
+            policy=policy,
+            human=human,
+            population=population,
+            parameters=parameters,
+            record=record,
+            separation=one_of("separation", separation, SEPARATIONS),
+            on_death=one_of("on-death", on_death, ON_DEATH),
         )
-        touched = _conclude(session, begun, folder, name, seed, kept, console)
-        if touched:
-            raise typer.Exit(3)
+        done, begun = _one(options, mode, console)
+        touched = _conclude(done, begun, folder, name, console)
+        kept_too = kept is None or _keep(kept, done.session, name, seed, own, console)
+        if touched or not kept_too:
+            raise typer.Exit(3 if touched else 1)
     except (HriError, OSError) as error:
         explain(error, console)
         raise typer.Exit(1) from error
     except KeyboardInterrupt:
-        console.print(f"stopped; --out {folder} again goes on", highlight=False, soft_wrap=True)
+        what = f"--out {folder} again goes on"
+        if mode == "batch":
+            what = f"{folder / PEOPLE} has who is done; a batch does not go on, begin it in another --out"
+        console.print(f"stopped; {what}", highlight=False, soft_wrap=True)
         raise typer.Exit(130) from None
-
-
-NOT_IN = {
-    "live": ("seeds", "first_seed", "workers", "readings"),
-    "lockstep": ("human", "parameters", "record", "seeds", "first_seed", "workers", "readings"),
-    "batch": (
-        "human", "population", "person", "seed", "library", "replace_policy", "parameters", "record",
-    ),
-}  # fmt: skip
-"""Options that mean nothing in a mode."""
-
-
-def _check_given(ctx: typer.Context, mode: str) -> None:
-    """Refuse what was given and would be ignored.
-
-    Raises:
-        ConfigError: naming it.
-    """
-    flags = {option.name: option.opts[0] for option in ctx.command.params}
-    for name in NOT_IN[mode]:
-        source = ctx.get_parameter_source(name)
-        if source is not None and source.name == "COMMANDLINE":
-            others = [other for other in MODES if name not in NOT_IN[other]]
-            raise ConfigError(
-                f"{flags[name]} with --mode {mode}",
-                expected=f"{flags[name]} with --mode {' or '.join(others)}",
-                hint="leave it away, or choose that mode",
-            )
-
-
-def _check_free(library: PolicyLibrary, person: str, experiment: str, may_replace: bool) -> None:
-    """Check that the policy to be learnt will have a place.
-
-    Raises:
-        ConfigError: when it would take that of another one, or has no name for a file.
-    """
-    check_name("person", person)
-    if not may_replace and any(
-        (entry.person, entry.experiment) == (person, experiment) for entry in library.entries()
-    ):
-        raise ConfigError(
-            f"{library.folder} has a policy of {person} for {experiment} already",
-            expected="a person of whom it has none",
-            hint="another --person, another --library, or --replace",
-        )
 
 
 def _read(text: str) -> object:
     try:
-        return yaml.safe_load(text)
+        return parse_yaml(text)
     except yaml.YAMLError as error:
         raise ConfigError(" ".join(str(error).split()), expected="YAML") from error
 
@@ -254,42 +237,22 @@ def _changed(
     content = to_mapping(experiment)
     if weights is not None:
         with naming("--weights", weights):
-            content["weights"] = _read(weights)
+            given = _read(weights)
+            # Of weights that are not given the experiment's own stay.
+            own = content["weights"]
+            content["weights"] = {**own, **given} if isinstance(given, dict) else given
             experiment = experiment_of(content)
     shipped = experiment.improvement
     given = {"updates": updates, "rollouts": rollouts, "habituation": habituation}
     plan = {**asdict(shipped), **{k: v for k, v in given.items() if v is not None}}
-    # Of fewer updates fewer are averaged: those in which little is learnt any more.
-    plan["averaged"] = max(round(shipped.averaged * plan["updates"] / shipped.updates), 1)
+    if updates:  # of fewer, fewer are averaged: those in which little is learnt any more
+        plan["averaged"] = shipped.lasting(updates).averaged
     return experiment.with_(improvement=from_mapping(type(experiment.improvement), plan))
 
 
-def _one(
-    experiment: Experiment,
-    folder: Path,
-    mode: str,
-    human: str,
-    population: str,
-    person: str,
-    policy: Path | None,
-    parameters: Path | None,
-    seed: int,
-    record: bool,
-    console: Console,
-) -> tuple[Session, DmpPolicy]:
-    """An experiment with one person, in the graph: the session, and the policy that it began with."""
-    begun = first_policy(experiment, load_robot(), policy or "")
-    options = AdaptationOptions(
-        out=folder,
-        experiment=experiment,
-        person=person,
-        seed=seed,
-        policy=policy,
-        human=human,
-        population=population,
-        parameters=parameters,
-        record=record,
-    )
+def _one(options: AdaptationOptions, mode: str, console: Console) -> tuple[Conducted, DmpPolicy]:
+    """An experiment with one person, in the graph: what came of it, and the policy that it began with."""
+    begun = first_policy(options.experiment, load_robot(), options.policy or "")
     with ProgressLine(console) as line:
         line.say("starting")
         if mode == "live":
@@ -299,38 +262,58 @@ def _one(
 
 
 def _conclude(
-    session: Session,
-    begun: DmpPolicy,
-    folder: Path,
-    person: str,
-    seed: int,
-    library: PolicyLibrary | None,
-    console: Console,
-) -> int:
-    """Keep the policy, draw the trials, say what came of it; in how many trials something was touched."""
+    done: Conducted, begun: DmpPolicy, folder: Path, person: str, console: Console
+) -> bool:
+    """Draw the trials, say what came of them; whether the robot touched somebody or something."""
     from hri_sim.readability.session_picture import draw_session
     from hri_sim.readability.session_table import print_session
 
+    session = done.session
     name = session.experiment.name
     picture = folder / "adaptation.png"
     draw_session(picture, session, begun, f"{name}: {person}")
-    kept = folder / TRIALS / POLICY
-    if library is not None:
-        learnt = learnt_in(
-            session, person=person, seed=seed, commit=str(results_origin()["commit"])
-        )
-        kept = library.add(learnt_policy(session), person, name, learnt, replace=True)
     print_session(console, session)
-    for what, path in {
-        "trials": folder / TRIALS / TABLE,
-        "picture": picture,
-        "policy": kept,
-    }.items():
-        console.print(f"{what + ':':<9}{path}", highlight=False, markup=False, soft_wrap=True)
+    _say_paths(
+        console,
+        {"trials": folder / TRIALS / TABLE, "picture": picture, "policy": folder / TRIALS / POLICY},
+    )
     touched = sum(result.clearance <= 0.0 for result in session.state.results)
     if touched:
         console.print(f"the robot touched somebody or something in {touched} trials", style="red")
-    return touched
+    if done.nearest_m <= 0.0:
+        console.print(
+            "the robot touched somebody or something: outside of trials that count, or as only the "
+            "simulator knows",
+            style="red",
+        )
+    return touched > 0 or done.nearest_m <= 0.0
+
+
+def _keep(
+    library: PolicyLibrary,
+    session: Session,
+    person: str,
+    seed: int,
+    trials: Path | None,
+    console: Console,
+) -> bool:
+    """Put the policy into the library, unless another one has come there meanwhile; whether it is there."""
+    name = session.experiment.name
+    commit = str(results_origin()["commit"])
+    learnt = learnt_in(session, person=person, seed=seed, commit=commit)
+    try:
+        check_free(library, person, name, trials)
+        file = library.add(learnt_policy(session), person, name, learnt, replace=True)
+    except HriError as error:
+        explain(error, console)
+        return False
+    _say_paths(console, {"library": file})
+    return True
+
+
+def _say_paths(console: Console, paths: Mapping[str, Path]) -> None:
+    for what, path in paths.items():
+        console.print(f"{what + ':':<9}{path}", highlight=False, markup=False, soft_wrap=True)
 
 
 def _batch(
@@ -342,7 +325,17 @@ def _batch(
     readings: int,
     console: Console,
 ) -> None:
-    """Many people, without ROS."""
+    """Many people, without ROS.
+
+    Raises:
+        ConfigError: when the folder holds a batch already.
+    """
+    if (folder / PEOPLE).exists():
+        raise ConfigError(
+            f"--out {folder} holds a batch already",
+            expected="an empty folder, or one that is not there yet",
+            hint="name another --out, or remove that one",
+        )
     folder.mkdir(parents=True, exist_ok=True)
     with ProgressLine(console) as line:
         line.say(f"{experiment.name}: people")

@@ -3,37 +3,38 @@
 from __future__ import annotations
 
 import json
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from action_msgs.srv import CancelGoal
 from rich.console import Console
 
 from hri_planner.pibb.beginning import check_same, first_policy
-from hri_planner.pibb.experiment import Experiment, save_experiment
+from hri_planner.pibb.experiment import Experiment
+from hri_planner.pibb.experiment_file import save_experiment
 from hri_planner.pibb.session import Session
 from hri_planner.pibb.storage import SESSION, load_session
 from hri_planner.robot.model import load_robot
 from hri_prediction.errors import ConfigError, GraphError
 from hri_prediction.results.origin import results_origin
 from hri_prediction.results.progress import ProgressLine
-from hri_prediction.ros.messages import AdaptationStatus
+from hri_prediction.ros.messages import AdaptationStatus, SimState
 from hri_prediction.ros.qos import reliable
+from hri_sim.launch.conducting import conduct_nodes
 from hri_sim.launch.conductor import Conductor
+from hri_sim.launch.deaths import STOP
 from hri_sim.launch.folder import RunFolders
 from hri_sim.launch.held_signals import EndingSignals
 from hri_sim.launch.parameters import complete_parameters, read_parameters
-from hri_sim.launch.run import (
-    COMMAND_TIMEOUT_S,
-    READY_TIMEOUT_S,
-    RECORDER_STOP_TIMEOUT_S,
-    print_line,
-    why_broken,
-)
+from hri_sim.launch.run import COMMAND_TIMEOUT_S, RECORDER_STOP_TIMEOUT_S
 from hri_sim.launch.scene import SCENARIO
+from hri_sim.launch.separation import DEFAULT_SEPARATION, heartbeat, separation_specs
 from hri_sim.launch.supervisor import NodeSpec, Supervisor
+from hri_sim.launch.telling import print_line
 from hri_sim.readability.scene import experiment_scenario
 from hri_sim.scenario.schema import Scenario, save_scenario
 
@@ -41,6 +42,8 @@ EXPERIMENT = "experiment.yaml"
 """What is done, as the nodes read it."""
 TRIALS = "trials"
 """Folder of the trials in that of an experiment."""
+ADAPTATION_STOP_S = 1.0
+"""So long may the adaptation node take to end when an experiment is broken off [s]."""
 SILENT_S = 5.0
 """An adaptation node that says nothing for so long hangs [s]."""
 
@@ -59,6 +62,9 @@ class AdaptationOptions:
         population: Whom the simulated person is drawn from.
         parameters: File with further parameters of nodes.
         record: Whether a bag is recorded.
+        separation: What the separation monitor reckons with, one of
+            :data:`hri_sim.launch.separation.SEPARATIONS`.
+        on_death: What is done when a node dies, one of :data:`hri_sim.launch.deaths.ON_DEATH`.
     """
 
     out: Path
@@ -70,6 +76,8 @@ class AdaptationOptions:
     population: str = "usual"
     parameters: Path | None = None
     record: bool = True
+    separation: str = DEFAULT_SEPARATION
+    on_death: str = STOP
 
     @property
     def trials(self) -> Path:
@@ -111,7 +119,8 @@ def adaptation_specs(
                 "command_timeout": COMMAND_TIMEOUT_S,
             },
         ),
-        NodeSpec("hri_planner", "policy", planner),
+        NodeSpec("hri_planner", "policy", {**planner, **heartbeat(options.separation)}),
+        *separation_specs(options.separation),
         NodeSpec(
             "hri_planner",
             "adaptation",
@@ -151,6 +160,7 @@ def adaptation_specs(
                     ),
                 },
                 essential=False,
+                own_folder="output",
                 last=True,
                 stop_timeout_s=RECORDER_STOP_TIMEOUT_S,
             )
@@ -159,7 +169,12 @@ def adaptation_specs(
 
 
 class AdaptationConductor(Conductor):
-    """Watches the trials; the adaptation node conducts them."""
+    """Watches the trials; the adaptation node conducts them.
+
+    Attributes:
+        nearest_m: Smallest distance of the robot from people, as the simulator knows it, and from all else
+            outside of trials that count, as the adaptation node sees it [m].
+    """
 
     def __init__(
         self,
@@ -168,29 +183,54 @@ class AdaptationConductor(Conductor):
         say: Callable[[str], None],
         tell: Callable[[str], None],
         progress: Callable[[int, int, str], None],
+        on_death: str = STOP,
     ) -> None:
-        super().__init__(scenario, supervisor, say, tell, mover="policy")
+        super().__init__(scenario, supervisor, say, tell, mover="policy", on_death=on_death)
         self._progress = progress
         self._trials: AdaptationStatus | None = None
         self._heard_s = 0.0
         self._told = (-1, "")
+        self.nearest_m = math.inf
+        # An empty request: all goals.
+        self._cancelling = self._node.create_client(
+            CancelGoal, f"{self._action}/_action/cancel_goal"
+        )
         self._node.create_subscription(
             AdaptationStatus, "adaptation/status", self._on_trials, reliable(10)
         )
 
     def _on_trials(self, message: AdaptationStatus) -> None:
         self._trials, self._heard_s = message, time.monotonic()
+        self.nearest_m = min(self.nearest_m, message.between_clearance)
+
+    def _on_state(self, message: SimState) -> None:
+        super()._on_state(message)
+        if self._begun:
+            self.nearest_m = min(self.nearest_m, message.clearance)
+
+    def break_off(self, reason: str) -> None:
+        """Stop the robot, and who would send it on; see :meth:`Conductor.break_off`."""
+        running = "adaptation" in self._supervisor.pids
+        if running:
+            self._cancelling.call_async(CancelGoal.Request())
+            self._supervisor.end("adaptation", ADAPTATION_STOP_S)
+            # It may have sent the next one meanwhile.
+            self._cancelling.call_async(CancelGoal.Request())
+        super().break_off(reason)
 
     def run(self) -> None:
         """Until the experiment is over.
 
         Raises:
+            NodeDeath: when a node ended by itself, and is not to be started again.
             GraphError: when it is given up, or the adaptation node falls silent.
         """
         self._begun = True
         self._heard_s = time.monotonic()
 
         def over() -> bool:
+            if self._deaths.again:
+                return True
             if time.monotonic() - self._heard_s > SILENT_S:
                 raise GraphError(f"the adaptation node has said nothing for {SILENT_S:.0f} s")
             status = self._trials
@@ -201,10 +241,21 @@ class AdaptationConductor(Conductor):
                 self._told = told
                 self._progress(status.trial, status.trials, told[1])
             if status.stage == AdaptationStatus.STOPPED:
-                raise GraphError(f"the experiment was given up: {status.reason}")
+                raise GraphError(
+                    f"the experiment was given up: {status.reason}",
+                    hint="all trials that were done are kept: mend that, or give the machine less to do, "
+                    "and the same command with the same --out goes on",
+                )
             return bool(status.stage == AdaptationStatus.OVER)
 
-        self.spin_until(over, 24 * 3600.0, "the end of the experiment")
+        while True:
+            self.spin_until(over, 24 * 3600.0, "the end of the experiment")
+            if not self._deaths.again:
+                return
+            self._wait_for_the_dead()
+            # What was said before is not said by who was started again.
+            self._trials, self._heard_s = None, time.monotonic()
+            self._say("trials")
 
 
 def _described(status: AdaptationStatus) -> str:
@@ -223,11 +274,22 @@ def _described(status: AdaptationStatus) -> str:
     return " · ".join(words)
 
 
-def run_adaptation(options: AdaptationOptions, console: Console, line: ProgressLine) -> Session:
-    """Run an experiment, or go on with it, every node its own process.
+@dataclass(frozen=True)
+class Conducted:
+    """What came of an experiment in the graph.
 
-    Returns:
-        The session as it was saved.
+    Attributes:
+        session: As it was saved.
+        nearest_m: Smallest distance of the robot in this run that is not one of a trial that counts: as in
+            :class:`AdaptationConductor` [m].
+    """
+
+    session: Session
+    nearest_m: float
+
+
+def run_adaptation(options: AdaptationOptions, console: Console, line: ProgressLine) -> Conducted:
+    """Run an experiment, or go on with it, every node its own process.
 
     Raises:
         ConfigError: when the options do not fit, or a folder cannot be written.
@@ -248,39 +310,36 @@ def run_adaptation(options: AdaptationOptions, console: Console, line: ProgressL
             read_parameters(options.parameters),
             f"--parameters {options.parameters}",
         )
-        broken: BaseException | None = None
         with Supervisor(folder) as supervisor:
             conductor = AdaptationConductor(
-                scenario, supervisor, line.say, lambda text: print_line(console, text), line.count
+                scenario,
+                supervisor,
+                line.say,
+                lambda text: print_line(console, text),
+                line.count,
+                options.on_death,
             )
-            try:
-                conductor.check_alone([spec.label for spec in specs])
-                supervisor.start(specs)
-                conductor.wait_ready(READY_TIMEOUT_S)
-                folders.keep()
+
+            def work() -> None:
                 line.say("trials")
                 conductor.run()
-            except BaseException as error:  # also Ctrl-C
-                if isinstance(error, KeyboardInterrupt) and conductor.begun:
-                    print_line(
-                        console, "stopping; what is done so far is kept: --out again goes on"
-                    )
-                conductor.break_off(why_broken(error))
-                broken = error
-            finally:
-                signals.begin(conductor.insisted)
-                conductor.close()
-            line.say("stopping")
-            killed = supervisor.stop(
-                tell=lambda text: print_line(console, text), hurry=lambda: signals.count
+
+            ended = conduct_nodes(
+                conductor,
+                supervisor,
+                specs,
+                work,
+                folders=folders,
+                signals=signals,
+                console=console,
+                say=line.say,
+                stopping="stopping; what is done so far is kept: --out again goes on",
             )
-        if killed:
-            print_line(console, f"had to be killed: {', '.join(killed)}")
-        if broken is not None:
-            raise broken
+        if ended.broken is not None:
+            raise ended.broken
         session, _ = load_session(options.trials)
         (folder / "origin.json").write_text(json.dumps(results_origin(), indent=2) + "\n")
-        return session
+        return Conducted(session, conductor.nearest_m)
 
 
 def check_folder(options: AdaptationOptions) -> int:

@@ -17,8 +17,9 @@ from rich.table import Table
 from hri_prediction.errors import GraphError, HriError
 from hri_prediction.results.origin import origin_line, results_origin
 from hri_sim.launch.folder import NewFolder
-from hri_sim.launch.run import RunOptions, RunResult, explain, run_graph
+from hri_sim.launch.run import RunOptions, RunResult, run_graph
 from hri_sim.launch.summary import late_replans, percentiles
+from hri_sim.launch.telling import explain
 from hri_sim.recording.benchmark import benchmark_recorder
 from hri_sim.scenario.shipped import load_shipped
 from hri_sim.simulator.benchmark import measure_speed

@@ -11,8 +11,9 @@ from rich.console import Console
 
 from hri_prediction.errors import HriError
 from hri_sim.launch.folder import LOGS
-from hri_sim.launch.run import RunOptions, explain, run_graph
+from hri_sim.launch.run import RunOptions, run_graph
 from hri_sim.launch.summary import SUMMARY, print_table, succeeded
+from hri_sim.launch.telling import explain
 from hri_sim.media.frames import RunRecord
 
 

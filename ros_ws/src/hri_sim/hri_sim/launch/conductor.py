@@ -10,7 +10,7 @@ from typing import Any
 
 import rclpy
 from action_msgs.msg import GoalStatus
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.action import ActionClient
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
@@ -19,7 +19,6 @@ from sensor_msgs.msg import JointState
 
 from hri_planner.ros.authority import STATUSES
 from hri_prediction.errors import GraphError
-from hri_prediction.ros.conversions import WORLD
 from hri_prediction.ros.messages import (
     Cue,
     PlannerStatus,
@@ -27,24 +26,25 @@ from hri_prediction.ros.messages import (
     ReachTarget,
     SimState,
 )
-from hri_prediction.ros.node import STANDSTILL
 from hri_prediction.ros.qos import SENSOR, reliable
-from hri_prediction.ros.time import seconds_to_ns, to_time
+from hri_prediction.ros.time import seconds_to_ns
+from hri_sim.launch.deaths import STOP, Deaths, NodeDeath
 from hri_sim.launch.folder import LOGS
+from hri_sim.launch.health import GraphHealth
 from hri_sim.launch.held_signals import HeldSignals
 from hri_sim.launch.leading import Leading
 from hri_sim.launch.moving_goals import Leader
+from hri_sim.launch.reach_messages import cue_message, goal_message
 from hri_sim.launch.reports import INTERRUPTED, OUTCOMES, ReachReport, plans_of
-from hri_sim.launch.supervisor import Death, Supervisor
-from hri_sim.launch.vital import hears, vital_topics
-from hri_sim.scenario.schema import Scenario
+from hri_sim.launch.status_words import FAR_M, status_words
+from hri_sim.launch.supervisor import Supervisor
+from hri_sim.launch.vital import vital_topics
+from hri_sim.scenario.schema import ReachSpec, Scenario
 
 DISCOVERY_S = 1.0
 """How long to look for another graph before the start [s]."""
 CUE_LEAD_S = 0.1
 """The cue is sent this long before the reach begins, so that everyone has it in time [s]."""
-FAR_M = 1e8
-"""Clearances beyond this mean that nobody is there [m]."""
 PATIENCE_S = 20.0
 """How long a node may warn before the run begins all the same [s]."""
 STOP_S = 0.4
@@ -53,20 +53,10 @@ LONGEST_STOP_S = 2.0
 """The same for one that still moves after that, on a machine that is busy [s]."""
 REST_SPEED = 0.02
 """Joint speed below which the robot counts as at rest [rad/s]."""
+READY_AGAIN_S = 60.0
+"""A node that was started again may take so long [s]."""
 REST_S = 0.5
 """Rest between reaches, in which the predictor sees that nobody moves [s]."""
-
-
-class NodeDeath(GraphError):
-    """A node that the run needs has ended by itself.
-
-    Attributes:
-        death: Which, how, and its last words.
-    """
-
-    def __init__(self, death: Death) -> None:
-        self.death = death
-        super().__init__(str(death))
 
 
 class Conductor:
@@ -79,6 +69,7 @@ class Conductor:
         tell: Takes what must not be missed, such as the death of a node.
         mover: The node that moves the robot, one of :data:`STATUSES`.
         leader: Moves goals while the robot is on its way; none: they stay.
+        on_death: What is done when a node dies, one of :data:`hri_sim.launch.deaths.ON_DEATH`.
     """
 
     def __init__(
@@ -89,11 +80,13 @@ class Conductor:
         tell: Callable[[str], None],
         mover: str = "ptomp",
         leader: Leader | None = None,
+        on_death: str = STOP,
     ) -> None:
         self._scenario = scenario
         self._supervisor = supervisor
         self._say = say
-        self._tell = tell
+        self._mover = mover
+        self._deaths = Deaths(supervisor, tell, on_death)
         self._signals = HeldSignals()
         # Ctrl-C must not take ROS away: the robot is stopped over it first.
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
@@ -105,7 +98,7 @@ class Conductor:
         self._client = ActionClient(self._node, ReachTarget, self._action)
         self._leading = Leading(self._node, f"{mover}/goal", scenario, leader)
         self._begun = False
-        self._health: dict[str, DiagnosticStatus] = {}
+        self._health = GraphHealth(tell)
         self._state: SimState | None = None
         self._status: PlannerStatus | PolicyStatus | None = None
         self._reports: list[ReachReport] = []
@@ -116,7 +109,6 @@ class Conductor:
             STATUSES[mover], f"{mover}/status", self._on_status, reliable(10)
         )
         self._next_say = 0.0
-        self._held_up: set[str] = set()
         self._goal: Any = None
         self._cue_ns = self._person_end_ns = 0
         self._accepted_s = 0.0
@@ -175,15 +167,7 @@ class Conductor:
 
     # ------------------------------------------------------------------ listening
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
-        self._health.update({status.hardware_id: status for status in message.status})
-        for status in message.status:
-            if (
-                STANDSTILL in status.message
-                and status.hardware_id not in self._held_up
-                and self._begun
-            ):
-                self._held_up.add(status.hardware_id)
-                self._tell(f"{status.hardware_id}: {status.message}")
+        self._health.take(message.status, time.monotonic(), begun=self._begun)
 
     def _on_state(self, message: SimState) -> None:
         self._state = message
@@ -208,14 +192,15 @@ class Conductor:
         end = time.monotonic() + timeout_s
         while not done():
             self._executor.spin_once(timeout_sec=0.02)
-            self._signals.release()
-            for death in self._supervisor.deaths():
-                refused = not self._begun and death.code > 0
-                if refused or self._supervisor.is_essential(death.label):
-                    raise NodeDeath(death)
-                self._tell(f"{death}; the run goes on")
+            self._look()
             if time.monotonic() > end:
                 raise GraphError(f"{what} did not happen within {timeout_s:.0f} s")
+
+    def _look(self) -> None:
+        """What is looked at in every turn."""
+        self._signals.release()
+        self._deaths.look(begun=self._begun)
+        self._health.look(time.monotonic(), self._supervisor.pids)
 
     def rest(self, seconds: float) -> None:
         """Wait, listening."""
@@ -252,16 +237,15 @@ class Conductor:
             NodeDeath: when one ended instead.
             GraphError: when some are still missing; they are named.
         """
-        patience = time.monotonic() + PATIENCE_S
+        self._become_ready(timeout_s)
+
+    def _become_ready(self, timeout_s: float) -> None:
+        began = time.monotonic()
 
         def absent() -> set[str]:
-            labels = set(self._supervisor.pids)  # one that the run can do without may have died
-            if time.monotonic() > patience:
-                return labels - self._health.keys()
-            well = {name for name, s in self._health.items() if s.level == DiagnosticStatus.OK}
-            if "recorder" in well and not hears(self._health["recorder"], self._vital):
-                well.remove("recorder")
-            return labels - well
+            labels = self._supervisor.pids  # one that the run can do without may have died
+            patient = time.monotonic() <= began + PATIENCE_S
+            return self._health.missing(labels, self._vital, patient=patient)
 
         def ready() -> bool:
             missing = absent()
@@ -281,15 +265,28 @@ class Conductor:
 
     # ------------------------------------------------------------------ acting
     def run(self) -> None:
-        """Conduct all reaches; ends early after one that was not reached. See :attr:`reports`."""
+        """Conduct all reaches; ends early after one that was not reached. See :attr:`reports`.
+
+        A reach in which a node died, and was started again, does not count as an end.
+        """
         self._begun = True
         for index in range(len(self._scenario.reaches)):
             self.rest(REST_S)
+            self._wait_for_the_dead()
             self._wait_for_start(index)
             self._reach(index)
-            if self._reports[-1].outcome != "reached":
+            if self._reports[-1].outcome != "reached" and not self._deaths.again:
                 break
         self.rest(REST_S)
+
+    def _wait_for_the_dead(self) -> None:
+        """Until nodes that were started again are ready."""
+        while self._deaths.again:
+            for label in self._deaths.again:
+                self._health.forget(label)
+            self._deaths.again.clear()
+            self._say("waiting for what was started again")
+            self._become_ready(READY_AGAIN_S)
 
     def _wait_for_start(self, index: int) -> None:
         """Until it is time for a reach; the first one sets the time."""
@@ -298,45 +295,54 @@ class Conductor:
             due_ns = self._reports[0].cue_ns + seconds_to_ns(start_s)
             self.spin_until(lambda: self.now_ns() >= due_ns, start_s + 60.0, "a reach's start")
 
-    def _reach(self, index: int) -> None:
-        reach = self._scenario.reaches[index]
+    def _cue(self, number: int, reach: ReachSpec) -> int:
+        """Tell everyone of a reach, wait until it begins, and say when that was [ns]."""
         cue_ns = self.now_ns() + seconds_to_ns(CUE_LEAD_S)
-        cue = Cue(reach=index, delay=reach.person_delay, duration=reach.person_duration)
-        cue.header.stamp = to_time(cue_ns)
-        cue.header.frame_id = WORLD
-        cue.person_target = reach.person_target or ""
-        self._cues.publish(cue)
+        self._cues.publish(cue_message(number, reach, cue_ns))
         self._cue_ns = cue_ns
         self._closest.append(math.inf)
         self.spin_until(lambda: self.now_ns() >= cue_ns, 5.0, "the cue")
+        return cue_ns
 
-        goal = ReachTarget.Goal(target=reach.robot_target, duration=reach.duration)
-        x, y, z = self._scenario.targets[reach.robot_target]
-        goal.pose.header.frame_id = WORLD
-        goal.pose.pose.position.x, goal.pose.pose.position.y = x, y
-        goal.pose.pose.position.z = z
+    def _send(self, target: str, place: Sequence[float], duration_s: float) -> Any:
+        """Send a goal; the future of its result, or none when the node that moves the robot has died."""
         self._status = None  # what it says of the motion before does not count
-        sent = self._client.send_goal_async(goal)
-        self.spin_until(sent.done, 5.0, f"an answer of {self._action}")
+        sent = self._client.send_goal_async(goal_message(target, place, duration_s))
+        again = self._deaths.again
+        self.spin_until(
+            lambda: sent.done() or self._mover in again, 5.0, f"an answer of {self._action}"
+        )
+        if not sent.done():
+            return None
         handle: Any = sent.result()
         if not handle.accepted:
-            raise GraphError(f"{self._action} refused the goal {reach.robot_target!r}")
+            raise GraphError(f"{self._action} refused the goal {target!r}")
         self._goal, self._accepted_s = handle, time.monotonic()
-        future = handle.get_result_async()
+        return handle.get_result_async()
 
+    def _reach(self, index: int) -> None:
+        reach = self._scenario.reaches[index]
+        cue_ns = self._cue(index, reach)
+        place = self._scenario.targets[reach.robot_target]
+        future = self._send(reach.robot_target, place, reach.duration)
+        if future is None:
+            self._report_interrupted(f"{self._mover} died")
+            return
         self._leading.begin()
+        title = f"reach {index + 1}/{len(self._scenario.reaches)}"
 
         def finished() -> bool:
-            self._say_status(index)
+            self._say_status(title, self._closest[-1])
             self._leading.lead(index, time.monotonic() - self._accepted_s)
-            return bool(future.done())
+            return bool(future.done()) or self._mover in self._deaths.again
 
         self.spin_until(finished, 60.0, f"the result of {self._action}")
+        if not future.done():
+            self._report_interrupted(f"{self._mover} died")
+            self._goal = None
+            return
         self._goal = None
-        answer = future.result()
-        result = answer.result
-        if answer.status == GoalStatus.STATUS_UNKNOWN:
-            raise GraphError(f"{self._action} lost the goal {reach.robot_target!r}")
+        result = self._result_of(future, reach.robot_target)
         end_ns = self.now_ns()
         report = ReachReport(
             index=index,
@@ -363,6 +369,13 @@ class Conductor:
             )
         self._reports[-1] = replace(report, over_ns=self.now_ns())
 
+    def _result_of(self, future: Any, target: str) -> Any:
+        """The result that has come of a goal."""
+        answer = future.result()
+        if answer.status == GoalStatus.STATUS_UNKNOWN:
+            raise GraphError(f"{self._action} lost the goal {target!r}")
+        return answer.result
+
     def _report_interrupted(self, reason: str) -> None:
         index = len(self._reports)
         now_ns = self.now_ns()
@@ -381,20 +394,7 @@ class Conductor:
             )
         )
 
-    def _say_status(self, index: int) -> None:
-        if time.monotonic() < self._next_say:
-            return
-        self._next_say = time.monotonic() + 0.1
-        stages = ("idle", "moving", "waiting", "stopping", "holding")
-        words = [f"reach {index + 1}/{len(self._scenario.reaches)}"]
-        if self._status is not None:
-            words.append(stages[min(self._status.stage, len(stages) - 1)])
-            words.append(f"{self._status.distance_to_goal * 100:5.1f} cm to go")
-            words.append(f"plans {plans_of(self._status)}")
-        if self._state is not None and self._state.clearance < FAR_M:
-            closest = self._closest[-1]
-            least = f" (least {closest * 100:.1f})" if closest < FAR_M else ""
-            words.append(f"clear {self._state.clearance * 100:5.1f} cm{least}")
-        if self._status is not None and self._status.reason:
-            words.append(self._status.reason)
-        self._say(" · ".join(words))
+    def _say_status(self, title: str, closest_m: float) -> None:
+        if time.monotonic() >= self._next_say:
+            self._next_say = time.monotonic() + 0.1
+            self._say(status_words(title, self._status, self._state, closest_m))

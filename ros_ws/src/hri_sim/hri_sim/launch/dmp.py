@@ -9,11 +9,12 @@ import typer
 from rich.console import Console
 
 from hri_planner.dmp.model_file import load_dmp
-from hri_planner.pibb.experiment import find_experiment, load_experiment, shipped_experiments
-from hri_planner.policy.model_file import find_any, shipped_dmps
+from hri_planner.pibb.experiment_file import find_experiment, load_experiment, shipped_experiments
+from hri_planner.policy.model_file import find_dmp, shipped_dmps
 from hri_planner.robot.model import load_robot
 from hri_prediction.errors import ConfigError, HriError
 from hri_sim.launch.command import conduct
+from hri_sim.launch.deaths import ON_DEATH, STOP, OnDeath
 from hri_sim.launch.folder import naming
 from hri_sim.launch.options import (
     HUMANS,
@@ -30,7 +31,9 @@ from hri_sim.launch.options import (
     default_folder,
     one_of,
 )
-from hri_sim.launch.run import RunOptions, explain
+from hri_sim.launch.run import RunOptions
+from hri_sim.launch.separation import DEFAULT_SEPARATION, SEPARATIONS, Separation
+from hri_sim.launch.telling import explain
 from hri_sim.readability.scene import policy_scenario
 from hri_sim.scenario.schema import Scenario
 
@@ -72,6 +75,8 @@ def launch(
         Path | None, typer.Option(help="Folder of the run. Default: runs/dmp_<time>.")
     ] = None,
     seed: Seed = 0,
+    separation: Separation = DEFAULT_SEPARATION,
+    on_death: OnDeath = STOP,
     picture: Picture = True,
     video: Video = False,
 ) -> None:
@@ -85,6 +90,8 @@ def launch(
     """
     console = Console()
     try:
+        with naming("--policy", policy):
+            find_dmp(policy)
         drawn = None
         if scenario is None:
             drawn = _drawn(policy, experiment, seed, reaches)
@@ -92,6 +99,8 @@ def launch(
             out=out or default_folder("dmp"),
             bag=record,
             seed=seed,
+            separation=one_of("separation", separation, SEPARATIONS),
+            on_death=one_of("on-death", on_death, ON_DEATH),
             scenario=scenario,
             drawn=drawn,
             human=one_of("human", human, HUMANS),
@@ -117,7 +126,7 @@ def _drawn(policy: str, experiment: str, seed: int, reaches: int) -> Scenario:
         found = load_experiment(find_experiment(experiment))
         found.check(load_robot())
     with naming("--policy", policy):
-        ways = load_dmp(find_any(policy))
+        ways = load_dmp(find_dmp(policy))
     if set(ways.names) != set(found.goals):
         raise ConfigError(
             f"--policy {policy} with goals {', '.join(ways.names)}",
@@ -125,6 +134,8 @@ def _drawn(policy: str, experiment: str, seed: int, reaches: int) -> Scenario:
             hint="give the experiment that the policy was learnt in",
         )
     found = found.with_(goals=dict(ways.goals), posture=ways.posture)
+    with naming("--policy", policy):
+        found.check(load_robot())
     return policy_scenario(found, load_robot(), ways, seed, reaches)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,15 +11,16 @@ from rich.console import Console
 
 from hri_prediction.bags.reader import BagReader
 from hri_prediction.errors import ConfigError, DataError, HriError
+from hri_prediction.files.values import read_json
 from hri_prediction.ros.messages import PlannerStatus
 from hri_prediction.ros.time import to_ns
 from hri_sim.launch.command import draw
 from hri_sim.launch.folder import BAG
 from hri_sim.launch.record import read_run, status_topic, with_baseline
 from hri_sim.launch.reports import ReachReport
-from hri_sim.launch.run import explain
 from hri_sim.launch.scene import SCENARIO
 from hri_sim.launch.summary import SUMMARY
+from hri_sim.launch.telling import explain
 from hri_sim.media.frames import RunRecord
 from hri_sim.scenario.schema import load_scenario
 
@@ -35,10 +35,7 @@ def _summary(folder: Path) -> dict[str, Any]:
     path = folder / SUMMARY
     if not path.exists():  # broken off at the worst moment, say
         return {}
-    try:
-        found = json.loads(path.read_text())
-    except (OSError, ValueError) as error:
-        raise DataError(f"cannot read {path}: {error}") from error
+    found = read_json(path)
     if not isinstance(found, dict) or not isinstance(found.get("reaches"), list):
         raise DataError(f"{path} holds no reaches", expected="the summary of a run")
     return found

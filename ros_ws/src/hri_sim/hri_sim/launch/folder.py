@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -150,6 +151,8 @@ def naming(option: str, value: object) -> Iterator[None]:
         given = f"{option} {value}"
         # Most errors name the file already: then the option goes before it.
         quoted = repr(str(value)) in error.problem
-        said = error.problem if quoted else error.problem.replace(str(value), given, 1)
+        # As a word: what ships by that name lies in a path that ends in it.
+        word = rf"(?<![\w/.-]){re.escape(str(value))}(?!\w)"
+        said = error.problem if quoted else re.sub(word, lambda _: given, error.problem, count=1)
         problem = said if given in said else f"{given}: {error.problem}"
         raise type(error)(problem, expected=error.expected, hint=error.hint) from error

@@ -7,13 +7,17 @@ from dataclasses import replace
 
 from hri_planner.nodes.adaptation_node import AdaptationNode
 from hri_planner.nodes.policy_node import PolicyNode
-from hri_planner.pibb.session import Session
 from hri_planner.pibb.storage import load_session
 from hri_planner.robot.model import load_robot
 from hri_prediction.errors import GraphError
 from hri_prediction.ros.messages import AdaptationStatus
 from hri_prediction.ros.node import HriNode
-from hri_sim.launch.adaptation import AdaptationOptions, adaptation_specs, check_folder
+from hri_sim.launch.adaptation import (
+    AdaptationOptions,
+    Conducted,
+    adaptation_specs,
+    check_folder,
+)
 from hri_sim.nodes.observer_node import ObserverNode
 from hri_sim.nodes.simulator_node import SimulatorNode
 from hri_sim.readability.scene import experiment_scenario
@@ -57,7 +61,7 @@ def adaptation_graph(options: AdaptationOptions, *, others: tuple[NodeFactory, .
 
 def run_in_lockstep(
     options: AdaptationOptions, progress: Callable[[int, int, str], None]
-) -> Session:
+) -> Conducted:
     """Run an experiment, or go on with it.
 
     Raises:
@@ -81,4 +85,5 @@ def run_in_lockstep(
                 raise GraphError(f"trial {done} takes more than {LONGEST_TRIAL_S:.0f} s")
         if node.stage == AdaptationStatus.STOPPED:
             raise GraphError(f"the experiment was given up: {'; '.join(node.faults)}")
-    return load_session(options.trials)[0]
+        between_m = node.between
+    return Conducted(load_session(options.trials)[0], between_m)

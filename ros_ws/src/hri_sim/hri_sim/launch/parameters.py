@@ -8,16 +8,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from hri_planner.adaptation.model_file import find_model
 from hri_planner.nodes.adaptation_config import AdaptationConfig
 from hri_planner.nodes.policy_config import PolicyNodeConfig
 from hri_planner.nodes.ptomp_config import PtompNodeConfig
 from hri_planner.policy.config import PolicyConfig
 from hri_planner.ptomp.config import load_default_config
+from hri_planner.separation.config import BodyConfig, ProtectiveDistanceConfig, ReleaseConfig
 from hri_prediction.config import from_mapping
-from hri_prediction.errors import ConfigError, DataError, all_of
+from hri_prediction.errors import ConfigError, DataError, all_of, cut, shown
+from hri_prediction.files.values import read_yaml
 from hri_prediction.nodes.predictor_node import PredictorNodeConfig
 from hri_prediction.prediction.config import PredictorConfig
 from hri_sim.launch.supervisor import NodeSpec
@@ -40,6 +40,11 @@ CONFIGURATIONS: dict[str, tuple[tuple[str, Any], ...]] = {
     "adaptation": (("", AdaptationConfig()),),
     "policy": (("", PolicyNodeConfig()), ("policy_planner.", PolicyConfig())),
     "ptomp": (("", PtompNodeConfig()), ("planner.", load_default_config())),
+    "separation_monitor": (
+        ("", ProtectiveDistanceConfig()),
+        ("", BodyConfig()),
+        ("", ReleaseConfig()),
+    ),
     "recorder": (("", RecorderNodeConfig()), ("", RecorderConfig())),
 }
 """What each node declares, by its executable: prefix of the names, and the defaults."""
@@ -52,6 +57,7 @@ OPTIONS = {
     ("predictor", "library"): "--library",
     ("policy", "policy"): "--policy",
     ("recorder", "output"): "--record",
+    ("separation_monitor", "human"): "--separation",
     ("observer", "experiment"): "--experiment",
     ("observer", "population"): "--population",
     ("adaptation", "experiment"): "--experiment",
@@ -73,20 +79,17 @@ def read_parameters(path: Path | None) -> dict[str, dict[str, Any]]:
     if path is None:
         return {}
     form = "the form 'node: {parameter: value}'"
-    try:
-        values = yaml.safe_load(path.read_text())
-    except (OSError, yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ConfigError(
-            f"cannot read --parameters {path}: {' '.join(str(error).split())}",
-            expected=f"a YAML file of {form}",
-        ) from error
+    values = read_yaml(path, "--parameters", expected=f"a YAML file of {form}")
     if not isinstance(values, dict):
         raise ConfigError(f"--parameters {path} has another form", expected=form)
     wrong = [name for name, value in values.items() if not isinstance(value, dict)]
     if wrong:
         raise all_of(
             f"--parameters {path}",
-            [ConfigError(f"{name}: {values[name]!r}", expected=form) for name in wrong],
+            [
+                ConfigError(f"{cut(str(name))}: {shown(values[name])}", expected=form)
+                for name in wrong
+            ],
         )
     return values
 
@@ -110,14 +113,14 @@ def _name_faults(spec: NodeSpec, given: Mapping[str, Any]) -> Iterator[ConfigErr
         if name in WALL_CLOCK and (name in known or name == "use_sim_time"):
             if value != WALL_CLOCK[name]:
                 yield ConfigError(
-                    f"{spec.label}: {name} = {value!r}",
+                    f"{spec.label}: {name} = {shown(value)}",
                     expected=f"{WALL_CLOCK[name]}: a launched run is conducted by the wall clock",
                     hint="for another clock start the nodes one by one, with scripts/run_node.py",
                 )
         elif name not in known and not str(name).startswith("qos_overrides."):
-            near = difflib.get_close_matches(str(name), known, 3)
+            near = difflib.get_close_matches(cut(str(name)), known, 3)
             yield ConfigError(
-                f"node {spec.label} has no parameter {name!r}",
+                f"node {spec.label} has no parameter {shown(name)}",
                 expected="one like " + ", ".join(near) if near else "one of " + ", ".join(known),
             )
 
@@ -182,7 +185,7 @@ def complete_parameters(
     """
     labels = [spec.label for spec in specs]
     faults = [
-        ConfigError(f"no node {name!r}", expected="one of " + ", ".join(labels))
+        ConfigError(f"no node {shown(name)}", expected="one of " + ", ".join(labels))
         for name in overrides
         if name not in labels
     ]

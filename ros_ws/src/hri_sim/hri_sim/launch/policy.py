@@ -9,8 +9,12 @@ import typer
 from rich.console import Console
 
 from hri_planner.nodes.policy_config import DEFAULT_POLICY
+from hri_planner.policy.model_file import find_network
 from hri_planner.rnn.model_file import shipped_policies
+from hri_prediction.errors import HriError
 from hri_sim.launch.command import conduct
+from hri_sim.launch.deaths import ON_DEATH, STOP, OnDeath
+from hri_sim.launch.folder import naming
 from hri_sim.launch.moving_goals import SCENES
 from hri_sim.launch.options import (
     HUMANS,
@@ -29,6 +33,8 @@ from hri_sim.launch.options import (
     one_of,
 )
 from hri_sim.launch.run import RunOptions
+from hri_sim.launch.separation import DEFAULT_SEPARATION, SEPARATIONS, Separation
+from hri_sim.launch.telling import explain
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 
@@ -59,6 +65,8 @@ def launch(
         Path | None, typer.Option(help="Folder of the run. Default: runs/rnn_<time>.")
     ] = None,
     seed: Seed = 0,
+    separation: Separation = DEFAULT_SEPARATION,
+    on_death: OnDeath = STOP,
     picture: Picture = True,
     video: Video = False,
 ) -> None:
@@ -69,21 +77,30 @@ def launch(
     touched; 1: something went wrong; 3: all nodes ran, but a reach was not reached or the person was
     touched (the table says); 130 after Ctrl-C, 143 after SIGTERM.
     """
-    options = RunOptions(
-        out=out or default_folder("rnn"),
-        bag=record,
-        seed=seed,
-        scenario=scenario,
-        reaches=reaches,
-        human=one_of("human", human, HUMANS),
-        human_file=human_file,
-        trial=trial,
-        place=place,
-        parameters=parameters,
-        policy=policy,
-        scene=one_of("scene", scene, tuple(SCENES)),
-    )
-    raise typer.Exit(conduct(options, Console(), picture=picture, video=video))
+    console = Console()
+    try:
+        with naming("--policy", policy):
+            find_network(policy)
+        options = RunOptions(
+            out=out or default_folder("rnn"),
+            bag=record,
+            seed=seed,
+            separation=one_of("separation", separation, SEPARATIONS),
+            on_death=one_of("on-death", on_death, ON_DEATH),
+            scenario=scenario,
+            reaches=reaches,
+            human=one_of("human", human, HUMANS),
+            human_file=human_file,
+            trial=trial,
+            place=place,
+            parameters=parameters,
+            policy=policy,
+            scene=one_of("scene", scene, tuple(SCENES)),
+        )
+    except HriError as error:
+        explain(error, console)
+        raise typer.Exit(1) from error
+    raise typer.Exit(conduct(options, console, picture=picture, video=video))
 
 
 def main() -> int:

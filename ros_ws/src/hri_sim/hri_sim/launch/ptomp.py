@@ -11,6 +11,7 @@ from rich.console import Console
 from hri_planner.ptomp.variants import live_names, variants
 from hri_sim.benchmark.adapted import ADAPTED
 from hri_sim.launch.command import conduct
+from hri_sim.launch.deaths import ON_DEATH, STOP, OnDeath
 from hri_sim.launch.options import (
     HUMANS,
     Human,
@@ -28,6 +29,7 @@ from hri_sim.launch.options import (
     one_of,
 )
 from hri_sim.launch.run import RunOptions
+from hri_sim.launch.separation import DEFAULT_SEPARATION, SEPARATIONS, Separation
 
 PLANNERS = live_names()
 PEERS = ("ptomp", "itomp", "stomp")
@@ -75,6 +77,8 @@ def launch(
         Path | None, typer.Option(help="Folder of the run. Default: runs/ptomp_<time>.")
     ] = None,
     seed: Seed = 0,
+    separation: Separation = DEFAULT_SEPARATION,
+    on_death: OnDeath = STOP,
     picture: Picture = True,
     video: Video = False,
 ) -> None:
@@ -89,6 +93,8 @@ def launch(
         out=out or default_folder("ptomp"),
         bag=record,
         seed=seed,
+        separation=one_of("separation", separation, SEPARATIONS),
+        on_death=one_of("on-death", on_death, ON_DEATH),
         scenario=scenario,
         reaches=reaches,
         planner=one_of("planner", planner, PLANNERS, _elsewhere(planner)),

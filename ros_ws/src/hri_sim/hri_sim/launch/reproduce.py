@@ -20,8 +20,9 @@ from hri_prediction.tracks.files import save_tracks
 from hri_sim.launch.coverage import Coverage, prediction_coverage
 from hri_sim.launch.replay_cases import DATA_VARIABLE, ReplayCase, dfki_cases, vicon_cases
 from hri_sim.launch.rows import KeptRows, Row, failures, outcome_cell
-from hri_sim.launch.run import RunOptions, RunResult, explain, run_graph
+from hri_sim.launch.run import RunOptions, RunResult, run_graph
 from hri_sim.launch.summary import late_replans, number
+from hri_sim.launch.telling import explain
 from hri_sim.media.picture import draw_picture
 
 RESULTS = Path("docs/results")

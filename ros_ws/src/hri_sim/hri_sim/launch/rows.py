@@ -11,7 +11,7 @@ from rich.console import Console
 
 from hri_prediction.errors import ConfigError, HriError
 from hri_sim.launch.folder import NewFolder, remove
-from hri_sim.launch.run import explain
+from hri_sim.launch.telling import explain
 
 ROWS = "rows.json"
 ERROR = "error"

@@ -2,42 +2,46 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import math
 import os
-import time
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import psutil
 from rich.console import Console
-from rich.markup import escape
 
 from hri_planner.policy.model_file import find_any, load_any
 from hri_planner.ptomp.variants import find_variant
-from hri_prediction.errors import ConfigError, HriError
+from hri_prediction.errors import ConfigError
 from hri_prediction.results.origin import results_origin
 from hri_prediction.tracks.placement import Placement
-from hri_sim.launch.conductor import Conductor, NodeDeath
+from hri_sim.launch.conducting import conduct_nodes
+from hri_sim.launch.conductor import Conductor
+from hri_sim.launch.cpu_meter import CpuMeter
+from hri_sim.launch.deaths import STOP
 from hri_sim.launch.folder import RunFolders
 from hri_sim.launch.held_signals import EndingSignals
+from hri_sim.launch.moving_goals import Scene
 from hri_sim.launch.parameters import complete_parameters, read_parameters
 from hri_sim.launch.record import Series, read_run, with_baseline
 from hri_sim.launch.scene import LIBRARY, SCENARIO, run_library, run_scene
+from hri_sim.launch.separation import (
+    DEFAULT_SEPARATION,
+    check_stopping,
+    heartbeat,
+    separation_specs,
+)
 from hri_sim.launch.summary import SUMMARY, print_table, summarise, write_summary
 from hri_sim.launch.supervisor import NodeSpec, Supervisor
+from hri_sim.launch.telling import print_line, status_line, words_of
 from hri_sim.scenario.schema import Scenario, save_scenario
 
 COMMAND_TIMEOUT_S = 0.1
 """Heartbeat age at which the controller of a supervised run stops the robot [s]."""
-READY_TIMEOUT_S = 90.0
 RECORDER_STOP_TIMEOUT_S = 30.0
 """A slow disk may still have to take much of the bag when a run ends [s]."""
 AGAIN = "Ctrl-C again ends it faster, without losing the recording and the summary"
-SALVAGE = "scripts/inspect_bag.py BAG --salvage OUT makes a whole one of it"
 
 
 @dataclass(frozen=True)
@@ -62,6 +66,9 @@ class RunOptions:
             planner.
         drawn: Scenario instead of a file or one drawn by the seed.
         scene: How the goals of a policy behave, one of :data:`hri_sim.launch.moving_goals.SCENES`.
+        separation: What the separation monitor reckons with, one of
+            :data:`hri_sim.launch.separation.SEPARATIONS`.
+        on_death: What is done when a node dies, one of :data:`hri_sim.launch.deaths.ON_DEATH`.
     """
 
     out: Path
@@ -79,6 +86,8 @@ class RunOptions:
     policy: str | None = None
     drawn: Scenario | None = None
     scene: str = "sequence"
+    separation: str = DEFAULT_SEPARATION
+    on_death: str = STOP
 
     @property
     def mover(self) -> str:
@@ -121,6 +130,7 @@ def node_specs(
     specs = [
         NodeSpec("hri_sim", "simulator", {**common, "command_timeout": COMMAND_TIMEOUT_S}),
         *_mover_specs(options, scenario, library),
+        *separation_specs(options.separation),
         NodeSpec(
             "hri_sim",
             "recorder",
@@ -139,6 +149,7 @@ def node_specs(
             },
             essential=False,
             last=True,
+            own_folder="output",
             stop_timeout_s=RECORDER_STOP_TIMEOUT_S,
         ),
     ]
@@ -174,6 +185,7 @@ def _mover_specs(options: RunOptions, scenario: Scenario, library: Path | None) 
         "target_positions": [float(v) for name in names for v in scenario.targets[name]],
         "table_center": [float(v) for v in scenario.table.center],
         "table_size": [float(v) for v in scenario.table.size],
+        **heartbeat(options.separation),
     }
     if options.policy is not None:
         policy = find_any(options.policy)
@@ -203,24 +215,6 @@ def _mover_specs(options: RunOptions, scenario: Scenario, library: Path | None) 
     ]
 
 
-@contextlib.contextmanager
-def status_line(console: Console) -> Iterator[Callable[[str], None]]:
-    """A live line on a terminal; on anything else, a plain line a second at most."""
-    if console.is_terminal:
-        with console.status("starting") as status:
-            yield lambda text: status.update(escape(text))
-        return
-    last = {"time": -10.0, "text": ""}
-
-    def say(text: str) -> None:
-        now = time.monotonic()
-        if text != last["text"] and now - float(last["time"]) >= 1.0:  # type: ignore[arg-type]
-            last.update(time=now, text=text)
-            print_line(console, text)
-
-    yield say
-
-
 def run_graph(options: RunOptions, console: Console) -> RunResult:
     """Run a scenario in the live graph, every node its own process.
 
@@ -240,11 +234,25 @@ def run_graph(options: RunOptions, console: Console) -> RunResult:
         return _run_graph(options, console, folders, signals)
 
 
-def _run_graph(
-    options: RunOptions, console: Console, folders: RunFolders, signals: EndingSignals
-) -> RunResult:
-    bag = folders.bag
-    origin = results_origin()
+@dataclass(frozen=True)
+class Prepared:
+    """What is there before any node is started.
+
+    Attributes:
+        scene: What is conducted.
+        specs: The nodes, with their parameters.
+    """
+
+    scene: Scene
+    specs: list[NodeSpec]
+
+
+def prepare(options: RunOptions, bag: Path, console: Console) -> Prepared:
+    """Scene, library and parameters of a run, checked; the files that nodes read are written.
+
+    Raises:
+        ConfigError, DataError: naming what does not fit.
+    """
     scene, placement, facing = run_scene(options)
     scenario = scene.scenario
     scenario_path = (options.out / SCENARIO).resolve()
@@ -255,8 +263,20 @@ def _run_graph(
         read_parameters(options.parameters),
         f"--parameters {options.parameters}",
     )
+    check_stopping(
+        {spec.label: spec.parameters for spec in specs}, f"--parameters {options.parameters}"
+    )
+    return Prepared(scene, specs)
+
+
+def _run_graph(
+    options: RunOptions, console: Console, folders: RunFolders, signals: EndingSignals
+) -> RunResult:
+    bag = folders.bag
+    origin = results_origin()
+    prepared = prepare(options, bag, console)
+    scene, scenario = prepared.scene, prepared.scene.scenario
     cpu_cores = 0.0
-    broken: BaseException | None = None
     with status_line(console) as say, Supervisor(options.out) as supervisor:
         conductor = Conductor(
             scenario,
@@ -265,33 +285,27 @@ def _run_graph(
             tell=lambda text: print_line(console, text),
             mover=options.mover,
             leader=scene.leader,
+            on_death=options.on_death,
         )
-        try:
-            conductor.check_alone([spec.label for spec in specs])
-            supervisor.start(specs)
-            conductor.wait_ready(READY_TIMEOUT_S)
-            folders.keep()
+
+        def work() -> None:
+            nonlocal cpu_cores
             load = CpuMeter([*supervisor.pids.values(), os.getpid()])
             conductor.run()
             cpu_cores = load.cores()
-        except BaseException as error:  # also Ctrl-C
-            if isinstance(error, KeyboardInterrupt) and conductor.begun:
-                print_line(console, f"stopping; {AGAIN}")
-            conductor.break_off(why_broken(error))
-            broken = error
-        finally:
-            signals.begin(conductor.insisted)
-            conductor.close()
-        say("stopping")
-        killed = supervisor.stop(
-            tell=lambda text: print_line(console, text), hurry=lambda: signals.count
+
+        ended = conduct_nodes(
+            conductor,
+            supervisor,
+            prepared.specs,
+            work,
+            folders=folders,
+            signals=signals,
+            console=console,
+            say=say,
+            stopping=f"stopping; {AGAIN}",
         )
-    if killed:
-        print_line(console, f"had to be killed: {', '.join(killed)}")
-    if "recorder" in killed and conductor.begun:
-        print_line(console, f"{bag} was not closed: its last half second may be missing; {SALVAGE}")
-    if broken is not None and not conductor.begun:
-        raise broken
+    broken = ended.broken
     reports = conductor.reports
     simulated = options.human == "simulated" and bool(scenario.persons)
     series = None
@@ -303,11 +317,17 @@ def _run_graph(
             sensor_delay_s=scenario.persons[0].latency if simulated else 0.0,
             title=f"{scenario.name} · {options.moved_by} · seed {options.seed}",
         )
+        if series.lost_messages:
+            print_line(
+                console,
+                f"{series.lost_messages} messages were sent and are not in {bag}: "
+                "scripts/inspect_bag.py BAG says on which topics",
+            )
         # A goal that moves has no nominal motion to compare with.
         if broken is None and not signals.count and scene.leader is None:
             series = replace(series, record=with_baseline(series.record))
     except Exception as error:  # a bag that ended early may be broken in any way
-        if not (broken or supervisor.died("recorder") or "recorder" in killed):
+        if not (broken or supervisor.died("recorder") or "recorder" in ended.killed):
             raise
         print_line(console, f"no figures of the recording, which ended early: {error}")
     summary = summarise(series, reports, scenario=scenario, bag=bag, seed=options.seed)
@@ -318,7 +338,7 @@ def _run_graph(
     except OSError as error:
         if broken is None:
             raise
-        print_line(console, f"no {SUMMARY}: {_words(error)}")
+        print_line(console, f"no {SUMMARY}: {words_of(error)}")
     if broken is not None:
         print_table(console, summary)
         raise broken
@@ -326,54 +346,3 @@ def _run_graph(
         print_table(console, summary)
         signals.pass_on()
     return RunResult(summary, series, bag, cpu_cores)
-
-
-def why_broken(error: BaseException) -> str:
-    """What broke a run off, in plain words."""
-    if isinstance(error, HriError):
-        return error.problem
-    if isinstance(error, KeyboardInterrupt):
-        return "Ctrl-C"
-    return "told to end" if isinstance(error, SystemExit) else _words(error)
-
-
-def _words(error: BaseException) -> str:
-    """What an error says, without the number of one of the operating system's."""
-    if not isinstance(error, OSError) or not error.strerror:
-        return str(error)
-    return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
-
-
-class CpuMeter:
-    """CPU time of some processes against the clock, from its making on."""
-
-    def __init__(self, pids: list[int]) -> None:
-        self._processes = [psutil.Process(pid) for pid in pids]
-        self._begun = time.monotonic()
-        self._spent = self._cpu_s()
-
-    def _cpu_s(self) -> float:
-        total = 0.0
-        for process in self._processes:
-            with contextlib.suppress(psutil.NoSuchProcess):
-                times = process.cpu_times()
-                total += times.user + times.system
-        return total
-
-    def cores(self) -> float:
-        """Mean number of cores kept busy."""
-        return (self._cpu_s() - self._spent) / max(time.monotonic() - self._begun, 1e-9)
-
-
-def explain(error: HriError | OSError, console: Console) -> None:
-    """Say why a run failed; of a dead node, its last words too."""
-    console.print("[red]error:[/] ", end="", highlight=False)
-    print_line(console, _words(error))
-    if isinstance(error, NodeDeath):
-        for line in error.death.last_words:
-            print_line(console, f"  {line}")
-
-
-def print_line(console: Console, text: str) -> None:
-    """One line as it is: brackets are no markup, and a pipe gets it unbroken."""
-    console.print(text, highlight=False, markup=False, soft_wrap=True)

@@ -10,8 +10,9 @@ import signal
 import subprocess
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -41,6 +42,8 @@ class NodeSpec:
         essential: Whether the run cannot go on without it.
         last: Whether it is stopped after all others (the recorder, to miss nothing).
         stop_timeout_s: How long it may take to end after SIGINT before it is killed [s].
+        own_folder: Parameter that names a new folder; one that is started again gets another: ``_2`` and
+            so on.
     """
 
     package: str
@@ -50,6 +53,7 @@ class NodeSpec:
     essential: bool = True
     last: bool = False
     stop_timeout_s: float = STOP_TIMEOUT_S
+    own_folder: str = ""
 
     @property
     def label(self) -> str:
@@ -77,6 +81,11 @@ class Death:
                 how = f"was ended by {signal.Signals(-self.code).name}"
                 return f"node {self.label} {how}"
         return f"node {self.label} ended with exit code {self.code}"
+
+    @property
+    def cause(self) -> str:
+        """What a node that ended with an error said at last; empty when a signal ended it."""
+        return self.last_words[-1] if self.code > 0 and self.last_words else ""
 
 
 def find_executable(package: str, executable: str) -> Path:
@@ -133,6 +142,7 @@ class Supervisor:
         self._processes: dict[str, subprocess.Popen[bytes]] = {}
         self._reported: set[str] = set()
         self._dead: set[str] = set()
+        self._starts: Counter[str] = Counter()
 
     def __enter__(self) -> Supervisor:
         return self
@@ -165,27 +175,41 @@ class Supervisor:
         for name in (LOGS, PARAMETERS):
             (self.folder / name).mkdir(parents=True, exist_ok=True)
         for spec, executable in zip(specs, executables, strict=True):
-            command = [str(executable), "--ros-args"]
-            if spec.name:
-                command += ["-r", f"__node:={spec.name}"]
-            if spec.parameters:
-                path = self.folder / PARAMETERS / f"{spec.label}.yaml"
-                # "/**" also matches a node that is put into a namespace.
-                values = {"/**": {"ros__parameters": dict(spec.parameters)}}
-                path.write_text(yaml.safe_dump(values, sort_keys=False))
-                command += ["--params-file", str(path)]
-            with self.log_path(spec.label).open("wb") as log:
-                self._processes[spec.label] = subprocess.Popen(
-                    command,
-                    stdin=subprocess.DEVNULL,
-                    stdout=log,
-                    stderr=subprocess.STDOUT,
-                    env=self._environment,
-                    # Ctrl-C reaches only the supervisor, which stops the nodes in order.
-                    start_new_session=True,
-                    preexec_fn=functools.partial(die_with, os.getpid()),
-                )
-            self._specs[spec.label] = spec
+            self._start(spec, executable, "wb")
+
+    def start_again(self, label: str) -> None:
+        """Start a node that has ended once more; its log goes on."""
+        spec = self._specs[label]
+        if spec.own_folder:
+            # What it wrote stays as it is.
+            self._starts[label] += 1
+            folder = f"{spec.parameters[spec.own_folder]}_{self._starts[label] + 1}"
+            spec = replace(spec, parameters={**spec.parameters, spec.own_folder: folder})
+        self._start(spec, find_executable(spec.package, spec.executable), "ab")
+        self._reported.discard(label)
+
+    def _start(self, spec: NodeSpec, executable: Path, mode: str) -> None:
+        command = [str(executable), "--ros-args"]
+        if spec.name:
+            command += ["-r", f"__node:={spec.name}"]
+        if spec.parameters:
+            path = self.folder / PARAMETERS / f"{spec.label}.yaml"
+            # "/**" also matches a node that is put into a namespace.
+            values = {"/**": {"ros__parameters": dict(spec.parameters)}}
+            path.write_text(yaml.safe_dump(values, sort_keys=False))
+            command += ["--params-file", str(path)]
+        with self.log_path(spec.label).open(mode) as log:
+            self._processes[spec.label] = subprocess.Popen(
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                env=self._environment,
+                # Ctrl-C reaches only the supervisor, which stops the nodes in order.
+                start_new_session=True,
+                preexec_fn=functools.partial(die_with, os.getpid()),
+            )
+        self._specs.setdefault(spec.label, spec)
 
     def last_words(self, label: str, lines: int = 8) -> tuple[str, ...]:
         """The last lines that a node printed."""
@@ -210,9 +234,28 @@ class Supervisor:
         """Whether the node was found to have ended by itself."""
         return label in self._dead
 
+    def exit_code(self, label: str) -> int | None:
+        """How a node ended (negative: by which signal); none while it runs, or when it is none of ours."""
+        process = self._processes.get(label)
+        return None if process is None else process.poll()
+
     def is_essential(self, label: str) -> bool:
         """Whether the run cannot go on without the node."""
         return self._specs[label].essential
+
+    def end(self, label: str, within_s: float) -> None:
+        """End a node as :meth:`stop` does, or by SIGKILL if that takes longer [s]."""
+        self._reported.add(label)
+        self.send(label, signal.SIGINT)
+        try:
+            self._processes[label].wait(within_s)
+        except subprocess.TimeoutExpired:
+            self.kill(label)
+
+    def send(self, label: str, number: int) -> None:
+        """Send a signal to a node, unless it has ended."""
+        with contextlib.suppress(ProcessLookupError):
+            self._processes[label].send_signal(number)
 
     def kill(self, label: str) -> None:
         """End a node at once, with SIGKILL."""
@@ -246,8 +289,7 @@ class Supervisor:
         self, labels: list[str], tell: Callable[[str], None], hurry: Callable[[], int], enough: int
     ) -> list[str]:
         for label in labels:
-            with contextlib.suppress(ProcessLookupError):
-                self._processes[label].send_signal(signal.SIGINT)
+            self.send(label, signal.SIGINT)
         begin = time.monotonic()
         killed = []
         for label in labels:

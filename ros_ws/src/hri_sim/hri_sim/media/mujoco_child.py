@@ -22,7 +22,7 @@ OPACITY = {"solid": 1.0, "glass": 0.35}
 
 def main(job: str) -> None:
     """Draw all pictures of a job file."""
-    with np.load(job) as arrays:
+    with np.load(job, allow_pickle=False) as arrays:
         scenario = Scenario.model_validate_json(arrays["scenario"].tobytes())
         postures, arms = arrays["q"], arrays["arms"]
         width, height = (int(v) for v in arrays["size"])

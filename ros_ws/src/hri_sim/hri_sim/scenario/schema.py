@@ -15,7 +15,8 @@ from typing import Annotated, Any, Literal
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from hri_prediction.errors import ConfigError, all_of
+from hri_prediction.errors import ConfigError, all_of, cut
+from hri_prediction.files.values import read_yaml
 from hri_sim.people.arm import ArmModel
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -178,8 +179,8 @@ class Scenario(_Model):
         faults: list[str] = []
         ids = [person.id for person in self.persons]
         if len(set(ids)) != len(ids):
-            faults.append(f"two persons share an id: {', '.join(ids)}")
-        known = ", ".join(self.targets) or "none"
+            faults.append(f"two persons share an id: {cut(', '.join(ids))}")
+        known, people = cut(", ".join(self.targets)) or "none", cut(", ".join(ids))
         for index, reach in enumerate(self.reaches):
             where = f"reaches.{index}"
             if reach.robot_target not in self.targets:
@@ -190,7 +191,7 @@ class Scenario(_Model):
                 faults.append(f"{where} has a person_target, but there are no persons")
                 continue
             if reach.person is not None and reach.person not in ids:
-                faults.append(f"{where}.person {reach.person!r} is not in: {', '.join(ids)}")
+                faults.append(f"{where}.person {reach.person!r} is not in: {people}")
                 continue
             person = self.person_of(index)
             for name in dict.fromkeys([reach.person_target, *reach.person_candidates]):
@@ -231,11 +232,7 @@ def load_scenario(path: str | Path) -> Scenario:
         ConfigError: when the file cannot be read, is no YAML mapping, or a field is unknown,
             missing or unusable; the text names each field's path, what was got and expected.
     """
-    path = Path(path)
-    try:
-        values = yaml.safe_load(path.read_text())
-    except (OSError, yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ConfigError(f"cannot read {path}: {' '.join(str(error).split())}") from error
+    values = read_yaml(path)
     if not isinstance(values, dict):
         raise ConfigError(f"{path} holds {type(values).__name__}", expected="a YAML mapping")
     return scenario_from_mapping(values, where=str(path))
@@ -302,11 +299,12 @@ def _as_config_error(error: ValidationError, where: str) -> ConfigError:
 def _faults(problem: Mapping[str, Any]) -> list[ConfigError]:
     """What one complaint is about, in our words."""
     place = problem["loc"]
-    field = ".".join(map(str, place))
+    field = cut(".".join(map(str, place)))
     if problem["type"] == "value_error":
         # Our own checks say what was got and expected.
         reason = problem["ctx"]["error"]
         texts = reason.texts if isinstance(reason, _Unfitting) else [str(reason)]
+        texts = [cut(text, 500) for text in texts]
         return [ConfigError(f"{field}: {text}" if field else text) for text in texts]
     if problem["type"] == "extra_forbidden":
         model = _PARTS.get(str(place[0]), Scenario) if len(place) > 1 else Scenario

@@ -14,6 +14,9 @@ from dataclasses import dataclass
 from hri_prediction.config import parameter, validate
 from hri_prediction.errors import DataError
 
+NO_HEARTBEAT = "heartbeat of the speed scale is missing"
+"""Why the chain stops when nobody sends the speed scale."""
+
 
 @dataclass(frozen=True)
 class StopChainConfig:
@@ -121,7 +124,7 @@ class StopChain:
         elif self._timeout_ns and (
             self._heartbeat_ns is None or now_ns - self._heartbeat_ns > self._timeout_ns
         ):
-            self.reason = "heartbeat of the speed scale is missing"
+            self.reason = NO_HEARTBEAT
         elif self._timeout_ns and (
             self._plan_ns is not None and now_ns - self._plan_ns > self._timeout_ns
         ):

@@ -144,6 +144,37 @@ class Graph:
             )
         return [deserialize_message(data, self._type_of(topic)) for _, data in self.log[topic]]
 
+    def newest(self, topic: str) -> Any:
+        """The newest logged message of a topic, deserialized.
+
+        Raises:
+            GraphError: when nothing has been said on it.
+        """
+        if not self.log.get(topic):
+            raise GraphError(f"nothing has been said on {topic}")
+        return deserialize_message(self.log[topic][-1][1], self._type_of(topic))
+
+    def overhear(
+        self, message_type: Any, topic: str, handler: Callable[[Any], None], qos: Any = 10
+    ) -> None:
+        """Listen to a topic that is not logged, such as /diagnostics; nothing is waited for.
+
+        Args:
+            message_type: Its type.
+            topic: Its name.
+            handler: Takes each message, sooner or later.
+            qos: Of the subscription.
+        """
+        self._client_node.create_subscription(message_type, topic, handler, qos)
+
+    def shift_clock(self, seconds: float) -> None:
+        """Let the clock that all nodes share jump, to the nearest step.
+
+        Args:
+            seconds: Forwards, or, below zero, back; not to before the first step [s].
+        """
+        self.lockstep.shift(round(seconds * 1e9))
+
     def _type_of(self, topic: str) -> Any:
         return self.lockstep.log.types[topic]
 

@@ -196,6 +196,16 @@ class LockStep:
             if not node.settled():
                 self.spin_until(node.settled, f"what node {node.get_name()} has asked for")
 
+    def shift(self, ns: int) -> None:
+        """Let the time jump, by whole steps; nodes tick at the same intervals as before.
+
+        Args:
+            ns: Forwards, or, below zero, back [ns].
+        """
+        whole = round(ns / self.step_ns) * self.step_ns
+        self.now_ns += whole
+        self._start_ns += whole
+
     def spin_until(self, done: Any, what: str) -> None:
         """Let services and actions proceed, with the time standing still, until ``done()``.
 

@@ -13,6 +13,7 @@ from std_msgs.msg import Header
 from hri_planner.nodes.policy_config import DEFAULT_POLICY
 from hri_planner.nodes.policy_node import PolicyNode
 from hri_planner.nodes.ptomp_node import PtompNode
+from hri_planner.nodes.separation_monitor_node import SeparationMonitorNode
 from hri_prediction.errors import ConfigError
 from hri_prediction.nodes.predictor_node import PredictorNode
 from hri_prediction.ros.conversions import WORLD
@@ -21,6 +22,7 @@ from hri_prediction.ros.node import HriNode
 from hri_prediction.ros.qos import reliable
 from hri_prediction.ros.time import seconds_to_ns, to_time
 from hri_sim.launch.run import RunOptions, node_specs
+from hri_sim.launch.separation import MONITOR, OFF
 from hri_sim.nodes.person_node import PersonNode
 from hri_sim.nodes.simulator_node import SimulatorNode
 from hri_sim.scenario.schema import Scenario, save_scenario
@@ -72,6 +74,7 @@ def ptomp_graph(
     *,
     seed: int = 0,
     library: Path | None = None,
+    separation: str = OFF,
     parameters: Mapping[str, Mapping[str, Any]] | None = None,
     remappings: Mapping[str, Mapping[str, str]] | None = None,
     sensors: Sequence[NodeFactory] = (),
@@ -91,6 +94,7 @@ def ptomp_graph(
         folder: Where the scenario file goes.
         seed: Seed of people, simulator and planner.
         library: Task library of the predictor; none: constant velocity.
+        separation: What a separation monitor reckons with, as for launched runs; ``off``: there is none.
         parameters: Further parameters by node name.
         remappings: Topic remappings by node name.
         sensors: Further nodes that tick after the person and before the predictor.
@@ -102,7 +106,7 @@ def ptomp_graph(
     """
     return _graph(
         NODES,
-        RunOptions(out=folder, seed=seed),
+        RunOptions(out=folder, seed=seed, separation=separation),
         scenario,
         library=library,
         parameters=parameters or {},
@@ -119,6 +123,7 @@ def policy_graph(
     *,
     policy: str = DEFAULT_POLICY,
     seed: int = 0,
+    separation: str = OFF,
     parameters: Mapping[str, Mapping[str, Any]] | None = None,
     remappings: Mapping[str, Mapping[str, str]] | None = None,
     sensors: Sequence[NodeFactory] = (),
@@ -132,6 +137,7 @@ def policy_graph(
         folder: Where the scenario file goes.
         policy: What moves the robot: a file, or a policy that ships.
         seed: Seed of people and simulator.
+        separation: What a separation monitor reckons with, as for launched runs; ``off``: there is none.
         parameters: Further parameters by node name.
         remappings: Topic remappings by node name.
         sensors: Further nodes that tick after the person and before the policy.
@@ -144,7 +150,7 @@ def policy_graph(
     """
     return _graph(
         POLICY_NODES,
-        RunOptions(out=folder, seed=seed, policy=policy),
+        RunOptions(out=folder, seed=seed, policy=policy, separation=separation),
         scenario,
         library=None,
         parameters=parameters or {},
@@ -167,6 +173,8 @@ def _graph(
     others: Sequence[NodeFactory],
     **graph: Any,
 ) -> Graph:
+    if options.separation != OFF:
+        nodes = {**nodes, MONITOR: SeparationMonitorNode}
     for name in {*parameters, *remappings} - nodes.keys():
         raise ConfigError(f"no node {name!r} in this graph", expected=", ".join(nodes))
     path = options.out / "scenario.yaml"

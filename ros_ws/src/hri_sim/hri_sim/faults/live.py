@@ -1,0 +1,290 @@
+"""A launched graph, each node a process, whose robot goes to and fro for as long as somebody looks on.
+
+Time zero of a fault is the wall clock just before the signal is sent. Joint states are taken by their
+stamps, which are the simulator's wall clock on the same machine; what is said counts when it is heard here.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import time
+from collections.abc import Callable
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.action import ActionClient
+from rclpy.context import Context
+from rclpy.experimental.events_executor import EventsExecutor
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+
+from hri_planner.ros.authority import STATUSES
+from hri_prediction.errors import GraphError
+from hri_prediction.ros.conversions import WORLD
+from hri_prediction.ros.messages import ControllerState, Cue, ReachTarget, SimState
+from hri_prediction.ros.qos import SENSOR, reliable
+from hri_prediction.ros.time import NANO, to_ns, to_time
+from hri_sim.faults.motion import REST
+from hri_sim.launch.deaths import RESTART, Deaths
+from hri_sim.launch.health import GraphHealth
+from hri_sim.launch.parameters import complete_parameters, read_parameters
+from hri_sim.launch.run import RunOptions, node_specs
+from hri_sim.launch.scene import SCENARIO
+from hri_sim.launch.supervisor import Supervisor
+from hri_sim.launch.vital import vital_topics
+from hri_sim.scenario.conditions import draw_scenario
+from hri_sim.scenario.schema import save_scenario
+
+FRESH_S = 0.05
+"""Joint states older than this say nothing of how the robot moves now [s]."""
+READY_S = 120.0
+"""So long may nodes take to be ready on a busy machine [s]."""
+
+
+class LiveGraph:
+    """Node processes, and a node of one's own that sends goals and listens; a context manager.
+
+    Args:
+        folder: For logs, parameters and bag.
+        seed: Seed of the scenario.
+        library: Task library of the predictor.
+        policy: Policy that moves the robot; none: a planner.
+        separation: What a separation monitor reckons with.
+
+    Attributes:
+        mover: The node that moves the robot.
+        told: What the launcher has told its user: when [s], and what.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        seed: int,
+        library: Path,
+        *,
+        policy: str | None = None,
+        separation: str = "off",
+    ) -> None:
+        self.scenario = draw_scenario(seed, 2)
+        options = RunOptions(
+            out=folder, seed=seed, drawn=self.scenario, policy=policy, separation=separation
+        )
+        self.mover, self.folder = options.mover, folder
+        folder.mkdir(parents=True, exist_ok=True)
+        path = (folder / SCENARIO).resolve()
+        save_scenario(path, self.scenario)
+        made = node_specs(options, self.scenario, path, library, None, folder / "bag")
+        specs = complete_parameters(made, read_parameters(None), "")
+        self.supervisor = Supervisor(folder)
+        self.told: list[tuple[float, str]] = []
+        self._last: dict[str, str] = {}
+        self._deaths = Deaths(self.supervisor, self._tell, RESTART)
+        self._health = GraphHealth(self._tell)
+        self._context = Context()
+        rclpy.init(context=self._context)
+        self._node = Node("onlooker", context=self._context, start_parameter_services=False)
+        self._executor = EventsExecutor(context=self._context)
+        self._executor.add_node(self._node)
+        self._cues = self._node.create_publisher(Cue, "sim/cue", reliable(10))
+        action = f"{self.mover}/reach_target"
+        self._client = ActionClient(self._node, ReachTarget, action)
+        self.forget()
+        listen = self._node.create_subscription
+        listen(JointState, "joint_states", self._on_joints, SENSOR)
+        listen(DiagnosticArray, "/diagnostics", self._on_diagnostics, 100)
+        listen(STATUSES[self.mover], f"{self.mover}/status", self._on_reason, reliable(10))
+        listen(ControllerState, "joint_trajectory_controller/reference", self._on_reference, SENSOR)
+        listen(SimState, "sim/state", self._on_state, SENSOR)
+        self._vital = [self._node.resolve_topic_name(t) for t in vital_topics(self.scenario)]
+        self._index = 0
+        try:
+            self.supervisor.start(specs)
+            self.wait_ready()
+        except BaseException:
+            self.close()
+            raise
+
+    def __enter__(self) -> LiveGraph:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End all nodes."""
+        for pid in self.supervisor.pids.values():
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGCONT)
+        self.supervisor.stop()
+        self._client.destroy()
+        self._executor.shutdown()
+        self._node.destroy_node()
+        rclpy.try_shutdown(context=self._context)
+
+    # ------------------------------------------------------------------ listening
+    def forget(self) -> None:
+        """Drop what has been heard: a fault is about to begin."""
+        self.speeds: list[tuple[float, float]] = []
+        self.reasons: list[tuple[float, str]] = []
+        self.steps: list[tuple[float, np.ndarray]] = []
+        self.touched = 0
+
+    def _tell(self, text: str) -> None:
+        self.told.append((time.time(), text))
+
+    def _on_joints(self, message: JointState) -> None:
+        fastest = max((abs(v) for v in message.velocity), default=0.0)
+        self.speeds.append((to_ns(message.header.stamp) / NANO, fastest))
+
+    def _on_reason(self, message: Any) -> None:
+        if message.reason:
+            self.reasons.append((time.time(), f"/{self.mover}/status: {message.reason}"))
+
+    def _on_reference(self, message: ControllerState) -> None:
+        stamp_s = to_ns(message.header.stamp) / NANO
+        self.steps.append((stamp_s, np.array(message.reference_position)))
+        if message.reason and message.state == ControllerState.STOPPING:
+            self.reasons.append((time.time(), f"controller: {message.reason}"))
+
+    def _on_state(self, message: SimState) -> None:
+        self.touched += bool(message.contacts_human)
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        self._health.take(message.status, time.monotonic(), begun=True)
+        for status in message.status:
+            self._last[status.hardware_id] = f"{status.hardware_id}: {status.message}"
+            if status.level != DiagnosticStatus.OK:
+                said = f"/diagnostics of {status.hardware_id}: {status.message}"
+                self.reasons.append((time.time(), said))
+
+    def spin(self, seconds: float, until: Callable[[], bool] = lambda: False) -> bool:
+        """Listen, and start dead nodes again; whether ``until()`` became true before the time was over."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            self._executor.spin_once(timeout_sec=0.01)
+            self._deaths.look(begun=True)
+            self._health.look(time.monotonic(), self.supervisor.pids)
+            if until():
+                return True
+        return False
+
+    def wait_ready(self) -> None:
+        """Until all nodes say that they are well.
+
+        Raises:
+            GraphError: when some do not; they are named.
+        """
+        for label in self._deaths.again:
+            self._health.forget(label)
+        # Each death counts anew: many are wanted here.
+        self._deaths = Deaths(self.supervisor, self._tell, RESTART)
+
+        def absent() -> set[str]:
+            labels = set(self.supervisor.labels)
+            missing = self._health.missing(labels, self._vital, patient=True)
+            # The simulator warns of a motion that was broken off until the next one.
+            unheard = self._health.missing(labels, self._vital, patient=False)
+            return (missing - {"simulator"}) | unheard
+
+        if not self.spin(READY_S, lambda: not absent() and self._client.server_is_ready()):
+            missing = sorted(absent())
+            said = "; ".join(
+                text for label in missing for text in [self._last.get(label, "")] if text
+            )
+            raise GraphError(f"not ready after {READY_S:.0f} s: {', '.join(missing)} ({said})")
+
+    def ready_after(self, since_s: float) -> float | None:
+        """How long after a time all nodes are well again [s]; none when some are not."""
+        try:
+            self.wait_ready()
+        except GraphError as error:
+            self._tell(str(error))
+            return None
+        return time.time() - since_s
+
+    # ------------------------------------------------------------------ acting
+    def under_way(self, rng: np.random.Generator, latest_s: float = 0.6) -> None:
+        """Send the robot to its other target, until it has moved for a random time.
+
+        Args:
+            rng: Draws the time.
+            latest_s: The longest [s].
+
+        Raises:
+            GraphError: when the robot does not set out.
+        """
+        for _ in range(6):
+            self._send_goal()
+            self.spin(10.0, lambda: self.speed() > 0.1)
+            self.spin(rng.uniform(0.0, latest_s))
+            # On a busy machine what is heard may be old: then nobody knows.
+            if self.speed() > REST and time.time() - self.speeds[-1][0] < FRESH_S:
+                return
+        raise GraphError("the robot does not set out")
+
+    def _send_goal(self) -> None:
+        index = self._index = 1 - self._index
+        wanted = self.scenario.reaches[index]
+        cue = Cue(reach=index, delay=wanted.person_delay, duration=wanted.person_duration)
+        cue.header.stamp = to_time(time.time_ns())
+        cue.header.frame_id = WORLD
+        cue.person_target = wanted.person_target or ""
+        self._cues.publish(cue)
+        self.spin(0.1)
+        goal = ReachTarget.Goal(target=wanted.robot_target, duration=wanted.duration)
+        x, y, z = self.scenario.targets[wanted.robot_target]
+        goal.pose.header.frame_id = WORLD
+        point = goal.pose.pose.position
+        point.x, point.y, point.z = x, y, z
+        self.forget()
+        self._client.send_goal_async(goal)
+
+    def send(self, label: str, number: signal.Signals) -> float:
+        """Send a signal to a node; the time just before [s]."""
+        pid = self.supervisor.pids[label]
+        self.forget()
+        now_s = time.time()
+        os.kill(pid, number)
+        return now_s
+
+    # ------------------------------------------------------------------ looking
+    def speed(self) -> float:
+        """Fastest joint at present [rad/s]."""
+        return self.speeds[-1][1] if self.speeds else 0.0
+
+    def rest_ms(self, since_s: float) -> float | None:
+        """From a time to the last joint state that moves [ms]; none when it still does."""
+        found = [(stamp, speed) for stamp, speed in self.speeds if stamp > since_s]
+        moving = [index for index, (_, speed) in enumerate(found) if speed >= REST]
+        if not moving:
+            return 0.0
+        last = moving[-1]
+        return None if last == len(found) - 1 else (found[last + 1][0] - since_s) * 1e3
+
+    def largest_step(self) -> float:
+        """Largest step of the reference between two states 4 ms apart since :meth:`forget` [rad]."""
+        pairs = zip(self.steps, self.steps[1:], strict=False)
+        return max(
+            (float(np.abs(b - a).max()) for (s, a), (t, b) in pairs if 0.0 < t - s < 0.006),
+            default=0.0,
+        )
+
+    def first_said(
+        self, since_s: float, words: tuple[str, ...], said: list[tuple[float, str]]
+    ) -> tuple[float | None, str]:
+        """After how long one of some words was said [ms], and in what; none when never."""
+        for when_s, text in said:
+            if when_s >= since_s and any(word in text for word in words):
+                return (when_s - since_s) * 1e3, text
+        return None, ""

@@ -1,0 +1,123 @@
+"""What the nodes of a run say of themselves, and what of that its user must hear at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+
+from diagnostic_msgs.msg import DiagnosticStatus
+
+from hri_prediction.ros.node import STANDSTILL
+from hri_sim.launch.vital import hears
+from hri_sim.nodes.recorder_node import TROUBLES
+
+RECORDER = "recorder"
+"""Label of the recorder."""
+SILENT_S = 3.0
+"""A recorder that says nothing for so long, though it should every second, may record nothing [s]."""
+AGAIN_S = 10.0
+"""A trouble that comes and goes is told again after so long [s]."""
+_STEP_S = 0.1
+TOLD_FAULTS = (("adaptation", "guess"), ("adaptation", "hand"))
+"""Faults that are told: answers of a person that did not count, who sits there and wonders."""
+
+
+class GraphHealth:
+    """Keeps the newest status of each node.
+
+    Args:
+        tell: Takes what must not be missed: a node that stood still, messages that are not recorded.
+    """
+
+    def __init__(self, tell: Callable[[str], None]) -> None:
+        self._tell = tell
+        self._heard: dict[tuple[str, str], str] = {}
+        self._statuses: dict[str, DiagnosticStatus] = {}
+        self._stood: set[str] = set()
+        self._troubles: set[str] = set()
+        self._told_s: dict[str, float] = {}
+        self._silent_s = 0.0
+        self._looked_s: float | None = None
+
+    def take(self, statuses: Sequence[DiagnosticStatus], now_s: float, *, begun: bool) -> None:
+        """Note what nodes say.
+
+        Args:
+            statuses: What came on /diagnostics.
+            now_s: Time of any clock that does not jump [s].
+            begun: Whether the run has begun: before that, nodes stand still while they load.
+        """
+        for status in statuses:
+            name = status.hardware_id
+            self._statuses[name] = status
+            if name == RECORDER:
+                self._silent_s = 0.0
+                self._tell_troubles(status, now_s)
+            self._tell_fault(status)
+            if STANDSTILL in status.message and name not in self._stood and begun:
+                self._stood.add(name)
+                self._tell(f"{name}: {status.message}")
+
+    def forget(self, label: str) -> None:
+        """Drop what a node has said: it is started again."""
+        self._statuses.pop(label, None)
+        self._heard = {key: text for key, text in self._heard.items() if key[0] != label}
+        self._stood.discard(label)
+
+    def look(self, now_s: float, running: Collection[str]) -> None:
+        """Notice a recorder that has fallen silent; call it often.
+
+        Args:
+            now_s: Time of any clock that does not jump [s].
+            running: Names of the nodes that run.
+        """
+        # A process that was itself not run for a while has not listened either.
+        passed_s = 0.0 if self._looked_s is None else min(now_s - self._looked_s, _STEP_S)
+        self._looked_s = now_s
+        if RECORDER not in self._statuses or RECORDER not in running:
+            return
+        before_s, self._silent_s = self._silent_s, self._silent_s + passed_s
+        if before_s <= SILENT_S < self._silent_s:
+            self._tell(
+                f"{RECORDER} has said nothing for {SILENT_S:.0f} s: it may be recording nothing"
+            )
+
+    def missing(
+        self, labels: Collection[str], recorded: Sequence[str], *, patient: bool
+    ) -> set[str]:
+        """Nodes that are not ready.
+
+        Args:
+            labels: Nodes that there should be.
+            recorded: Topics that the recorder must have heard.
+            patient: Whether a node that only warns is waited for.
+        """
+        if not patient:
+            return set(labels) - self._statuses.keys()
+        well = {name for name, s in self._statuses.items() if s.level == DiagnosticStatus.OK}
+        if RECORDER in well and not hears(self._statuses[RECORDER], recorded):
+            well.remove(RECORDER)
+        return set(labels) - well
+
+    def _tell_fault(self, status: DiagnosticStatus) -> None:
+        name = status.hardware_id
+        for node, fault in TOLD_FAULTS:
+            if node != name:
+                continue
+            key = f"fault {fault}"
+            text = next((item.value for item in status.values if item.key == key), "")
+            if text and text != self._heard.get((name, key)):
+                self._tell(f"{name}: {text}")
+            self._heard[name, key] = text
+
+    def _tell_troubles(self, status: DiagnosticStatus, now_s: float) -> None:
+        values = {item.key: item.value for item in status.values}
+        kinds = set(values.get(TROUBLES, "").split())
+        news = {
+            kind
+            for kind in kinds - self._troubles
+            if now_s - self._told_s.get(kind, -AGAIN_S) >= AGAIN_S
+        }
+        if news:
+            self._tell(f"{RECORDER}: {status.message}")
+            self._told_s |= dict.fromkeys(kinds, now_s)
+        self._troubles = kinds

@@ -1,0 +1,73 @@
+"""The separation monitor of a launched run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+import typer
+
+from hri_planner.separation.config import ASSUMED, HUMAN_MODES, SEEN
+from hri_prediction.errors import ConfigError
+from hri_sim.launch.supervisor import NodeSpec
+
+OFF = "off"
+SEPARATIONS = (*HUMAN_MODES, OFF)
+DEFAULT_SEPARATION = OFF
+MONITOR = "separation_monitor"
+CONTACT_SPEED = 0.15
+"""At that the robot may always go in launched runs, beside a simulated hand [m/s]."""
+
+Separation = Annotated[
+    str,
+    typer.Option(
+        help="Speed and separation monitoring: how fast the person is taken to come nearer. measured: as "
+        "fast as seen; predicted: as the predictor says; assumed: always at the speed of the standard, so "
+        "that the robot stands while a hand is within some 30 cm; off: the planner's own care alone."
+    ),
+]
+
+
+def separation_specs(mode: str) -> list[NodeSpec]:
+    """The monitor, unless it is off.
+
+    Simulated and replayed people are an arm and nothing else. A planner that evades them is to be let do
+    so, and a robot that was stopped right beside a hand is to get away from it: but not where people are
+    assumed to be as fast as the standard has them, which is how a robot rests before anybody can touch it.
+    """
+    if mode == OFF:
+        return []
+    parameters: dict[str, Any] = {
+        "human": mode,
+        "arms": SEEN,
+        "trunk": False,
+        "intrusion": 0.0,
+    }
+    if mode != ASSUMED:
+        parameters |= {"evasion": True, "contact_speed": CONTACT_SPEED}
+    return [NodeSpec("hri_planner", MONITOR, parameters)]
+
+
+def heartbeat(mode: str) -> dict[str, bool]:
+    """Parameters of what moves the robot: where a monitor supplies the speed scale, it alone does."""
+    return {} if mode == OFF else {"heartbeat": False}
+
+
+def check_stopping(parameters: Mapping[str, Mapping[str, Any]], source: str) -> None:
+    """Refuse a monitor that reckons with a robot which stops sooner than the controller does.
+
+    Args:
+        parameters: All of them by node.
+        source: Where they were given, for the error.
+
+    Raises:
+        ConfigError: naming both.
+    """
+    if MONITOR not in parameters or "simulator" not in parameters:
+        return
+    ramp, reckoned = parameters["simulator"]["ramp_down"], parameters[MONITOR]["stopping_time"]
+    if reckoned < ramp:
+        raise ConfigError(
+            f"{source}: {MONITOR}: stopping_time = {reckoned} s, but the controller takes {ramp} s to stop",
+            expected=f"at least simulator: ramp_down = {ramp}",
+        )

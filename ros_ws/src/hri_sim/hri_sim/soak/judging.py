@@ -1,0 +1,308 @@
+"""From the record of a soak to its figures, and to what of them meets what is wanted."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hri_sim.soak.faults import CANCEL, GROUPS, KILL, PAUSE, UNREACHABLE
+from hri_sim.soak.growth import Growth, latency_growth, memory_growth
+from hri_sim.soak.log import DEATH, END, FAULT, REACH, SAMPLE, SoakRecord
+
+FloatArray = NDArray[np.float64]
+
+MOST_GROWTH = 0.05
+REST_MS = 200.0
+NAMED_MS = 1000.0
+CHAIN = ("person", "predictor", "ptomp", "separation_monitor")
+"""Nodes at whose death the robot must come to rest."""
+WARM_UP_S = 30.0
+"""A process that has just begun still loads; its memory counts from then on [s]."""
+LEAST_S, LEAST_SHARE = 20.0, 0.2
+"""Processes are judged that lived at least so long after that: seconds, and share of the run."""
+LEAST_SAMPLES = 10
+
+
+@dataclass(frozen=True)
+class Bar:
+    """One thing that is wanted.
+
+    Attributes:
+        what: What it is about.
+        measured: What was found.
+        wanted: What is wanted.
+        met: Whether it is met; none: there was nothing to judge.
+    """
+
+    what: str
+    measured: str
+    wanted: str
+    met: bool | None
+
+
+def lives(samples: Sequence[dict[str, Any]]) -> dict[tuple[str, float], list[tuple[float, dict]]]:
+    """Samples (time [s], figures) of each process, by its name and when it was born."""
+    found: dict[tuple[str, float], list[tuple[float, dict]]] = defaultdict(list)
+    for sample in samples:
+        for label, figures in sample["processes"].items():
+            found[label, figures["born"]].append((float(sample["s"]), figures))
+    return dict(found)
+
+
+def memory_rows(samples: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Each process' memory: a row a life, judged or not."""
+    length_s = float(samples[-1]["s"] - samples[0]["s"]) if samples else 0.0
+    rows = []
+    for (label, _), points in lives(samples).items():
+        begin_s = points[0][0]
+        old = [(s, f) for s, f in points if s - begin_s >= WARM_UP_S]
+        warm = (old or points)[0][1]
+        growth: Growth | None = None
+        if len(old) >= LEAST_SAMPLES and old[-1][0] - old[0][0] >= max(
+            LEAST_S, LEAST_SHARE * length_s
+        ):
+            times = np.array([s for s, _ in old])
+            growth = memory_growth(times, np.array([f["memory_mb"] for _, f in old]))
+        rows.append(
+            {
+                "node": label,
+                "lived_s": round(points[-1][0] - begin_s, 1),
+                "most_mb": max(f["memory_mb"] for _, f in points),
+                "resident_mb": points[-1][1]["resident_mb"],
+                "threads": [warm["threads"], points[-1][1]["threads"]],
+                "files": [warm["files"], points[-1][1]["files"]],
+                "cores": _cores(points),
+                "growth": None if growth is None else asdict(growth),
+            }
+        )
+    return rows
+
+
+def _cores(points: list[tuple[float, dict]]) -> float | None:
+    seconds = points[-1][0] - points[0][0]
+    if seconds <= 0.0:
+        return None
+    return float((points[-1][1]["cpu_s"] - points[0][1]["cpu_s"]) / seconds)
+
+
+def latencies(samples: Sequence[dict[str, Any]]) -> tuple[FloatArray, FloatArray]:
+    """Times (N,) [s] and latencies (N,) [ms]; those of a sample are all of its time."""
+    times = [s["s"] for s in samples for _ in s["latency_ms"]]
+    values = [value for s in samples for value in s["latency_ms"]]
+    return np.array(times, dtype=float), np.array(values, dtype=float)
+
+
+def _by_thirds(times: FloatArray, values: FloatArray) -> list[dict[str, float | None]]:
+    found = []
+    edges = np.linspace(times.min(), times.max(), 4) if len(times) else np.zeros(4)
+    for index in range(3):
+        last = index == 2
+        inside = (times >= edges[index]) & ((times < edges[index + 1]) | last)
+        own = values[inside]
+        found.append(
+            {
+                "p50": float(np.median(own)) if len(own) else None,
+                "p99": float(np.percentile(own, 99)) if len(own) else None,
+            }
+        )
+    return found
+
+
+def file_figures(samples: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """How the bags grew: in total [MB], and a minute in each third of the run."""
+    if len(samples) < 4:
+        return {"total_mb": 0.0, "mb_per_minute": [None] * 3}
+    times = np.array([s["s"] for s in samples], dtype=float)
+    sizes = np.array([sum(s["bags"].values()) for s in samples], dtype=float) / 1e6
+    edges = np.linspace(times[0], times[-1], 4)
+    at = np.interp(edges, times, sizes)
+    minutes = np.diff(edges) / 60.0
+    return {
+        "total_mb": float(sizes[-1]),
+        "mb_per_minute": [float(rate) for rate in np.diff(at) / minutes],
+    }
+
+
+def rates(samples: Sequence[dict[str, Any]]) -> dict[str, float]:
+    """Median of how often each node ticked [Hz]."""
+    found: dict[str, list[float]] = defaultdict(list)
+    for sample in samples:
+        for label, figures in sample["figures"].items():
+            if "tick_hz" in figures:
+                found[label].append(figures["tick_hz"])
+    return {label: float(np.median(values)) for label, values in found.items()}
+
+
+def fault_rows(faults: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """What came of the faults: a row for each kind, and each node where it is about one."""
+    groups: dict[tuple[str, str], list[dict[str, Any]]] = defaultdict(list)
+    for fault in faults:
+        groups[fault["fault"], fault["node"]].append(fault)
+    rows = []
+    for (kind, node), own in sorted(groups.items()):
+        rests = [f for f in own if f["moving"] and must_stop(f)]
+        rows.append(
+            {
+                "fault": kind,
+                "node": node,
+                "count": len(own),
+                "moving": len(rests),
+                "came_to_rest": sum(f["rest_ms"] is not None for f in rests),
+                "rest_ms": _most(f["rest_ms"] for f in rests),
+                "named_ms": _most(f["named_ms"] for f in own),
+                "ready_s": _most(f["ready_s"] for f in own),
+                "reached_s": _most(f["reached_s"] for f in own),
+                "reached": sum(f["reached_s"] is not None for f in own),
+                "as_wanted": sum(f["as_wanted"] is True for f in own)
+                if kind in GROUPS["goals"]
+                else None,
+            }
+        )
+    return rows
+
+
+def must_stop(fault: dict[str, Any]) -> bool:
+    """Whether the robot must come to rest by a fault."""
+    if fault["fault"] in (KILL, PAUSE):
+        return fault["node"] in CHAIN
+    return fault["fault"] in (CANCEL, UNREACHABLE)
+
+
+def _most(values: Any) -> float | None:
+    known = [value for value in values if value is not None]
+    return float(max(known)) if known else None
+
+
+def figures(record: SoakRecord, rng: np.random.Generator) -> dict[str, Any]:
+    """All figures of a soak.
+
+    Args:
+        record: What was noted.
+        rng: Draws for intervals.
+    """
+    samples, faults, reaches = record.of(SAMPLE), record.of(FAULT), record.of(REACH)
+    times, values = latencies(samples)
+    growth = latency_growth(times, values, rng)
+    calm = [r for r in reaches if not r["disturbed"]]
+    return {
+        **record.begin,
+        "cut": record.cut,
+        "seconds": round(float(samples[-1]["s"]), 1) if samples else 0.0,
+        "memory": memory_rows(samples),
+        "latency": {
+            "count": len(values),
+            "thirds": _by_thirds(times, values),
+            "growth": None if growth is None else asdict(growth),
+        },
+        "files": file_figures(samples),
+        "rates_hz": rates(samples),
+        "faults": fault_rows(faults),
+        "reaches": {
+            "count": len(reaches),
+            "calm": len(calm),
+            "calm_reached": sum(r["outcome"] == "reached" for r in calm),
+            "not_reached": sorted(
+                {f"{r['outcome']}: {r['reason']}" for r in calm if r["outcome"] != "reached"}
+            ),
+        },
+        "deaths": [d for d in record.of(DEATH) if not d["wanted"]],
+        "end": record.of(END)[-1] if record.of(END) else None,
+        "bars": [asdict(bar) for bar in bars(record, samples, faults, growth, calm)],
+    }
+
+
+def bars(
+    record: SoakRecord,
+    samples: Sequence[dict[str, Any]],
+    faults: Sequence[dict[str, Any]],
+    growth: Growth | None,
+    calm: Sequence[dict[str, Any]],
+) -> list[Bar]:
+    """What is wanted, and whether it is met."""
+    found = [_memory_bar(memory_rows(samples)), _latency_bar(growth)]
+    stopping = [f for f in faults if f["node"] and f["moving"] and must_stop(f)]
+    found.append(
+        _most_bar(
+            "kill or standstill of mocap, predictor, planner, monitor: robot at rest",
+            [f["rest_ms"] for f in stopping],
+            REST_MS,
+        )
+    )
+    kills = [f for f in faults if f["fault"] == KILL]
+    found.append(_most_bar("a death is named", [f["named_ms"] for f in kills], NAMED_MS))
+    back = sum(f["reached_s"] is not None for f in faults)
+    found.append(_all_bar("a goal is reached after the fault", back, len(faults)))
+    goals = [f for f in faults if f["fault"] in GROUPS["goals"]]
+    right = sum(f["as_wanted"] is True for f in goals)
+    found.append(_all_bar("goals that a fault is about end as they should", right, len(goals)))
+    reached = sum(r["outcome"] == "reached" for r in calm)
+    found.append(_all_bar("goals without a fault are reached", reached, len(calm)))
+    deaths = sum(not d["wanted"] for d in record.of(DEATH))
+    found.append(_none_bar("nodes that died by themselves", deaths))
+    if record.cut:
+        return [*found, Bar("the end of the run", "the script was killed", "a whole record", False)]
+    end = record.of(END)[-1]
+    found.append(_none_bar("messages with numbers that are not finite", end["not_finite"]))
+    found.append(_none_bar("contacts that began while the robot moved", end["touches"]))
+    found.append(_none_bar("processes left behind", len(end["orphans"])))
+    found.append(_none_bar("files of shared memory left behind", len(end["shared_left"])))
+    whole = sum(not bag["error"] for bag in end["bags"])
+    found.append(_all_bar("bags can be read from begin to end", whole, len(end["bags"])))
+    if end["broken"]:
+        found.append(Bar("the run", end["broken"], "goes on to its end", False))
+    return found
+
+
+def _memory_bar(rows: Sequence[dict[str, Any]]) -> Bar:
+    what, wanted = "growth of a process' memory", f"≤ {MOST_GROWTH:.0%}"
+    judged = [row for row in rows if row["growth"] is not None]
+    nodes = {row["node"] for row in rows}
+    if not judged:
+        return Bar(what, "no process lived long enough", wanted, None)
+    worst = max(judged, key=lambda row: row["growth"]["share"])
+    share, minutes = worst["growth"]["share"], worst["growth"]["span_s"] / 60.0
+    measured = (
+        f"{share:+.1%} at most ({worst['node']}, in {minutes:.1f} min); "
+        f"{len({row['node'] for row in judged})} of {len(nodes)} judged"
+    )
+    return Bar(what, measured, wanted, share <= MOST_GROWTH)
+
+
+def _latency_bar(growth: Growth | None) -> Bar:
+    what = "growth of the latency's median, first to last third"
+    wanted = f"≤ {MOST_GROWTH:.0%}, or none that is certain"
+    if growth is None:
+        return Bar(what, "too little to tell", wanted, None)
+    measured = (
+        f"{growth.share:+.1%} ({growth.low:+.1%} to {growth.high:+.1%}), "
+        f"{growth.first:.1f} to {growth.last:.1f} ms"
+    )
+    return Bar(what, measured, wanted, growth.share <= MOST_GROWTH or growth.low <= 0.0)
+
+
+def _most_bar(what: str, values: Sequence[float | None], limit_ms: float) -> Bar:
+    wanted = f"≤ {limit_ms:.0f} ms"
+    if not values:
+        return Bar(what, "none came", wanted, None)
+    kept = sum(value is not None and value <= limit_ms for value in values)
+    most = _most(values)
+    slowest = "–" if most is None else f"{most:.0f} ms"
+    return Bar(what, f"{kept} of {len(values)}, slowest {slowest}", wanted, kept == len(values))
+
+
+def _all_bar(what: str, count: int, of: int) -> Bar:
+    return Bar(what, f"{count} of {of}", "all", count == of if of else None)
+
+
+def _none_bar(what: str, count: int) -> Bar:
+    return Bar(what, str(count), "0", count == 0)
+
+
+def missed(content: dict[str, Any]) -> bool:
+    """Whether anything that is wanted is missed."""
+    return any(bar["met"] is False for bar in content["bars"])

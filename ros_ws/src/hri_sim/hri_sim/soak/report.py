@@ -1,0 +1,174 @@
+"""The report of a soak: ``soak.json``, ``soak.md`` and ``soak.png`` from its record."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hri_prediction.results.origin import origin_line
+from hri_sim.readability_report.run_folder import write_json
+from hri_sim.soak.faults import WORDS
+from hri_sim.soak.judging import figures
+from hri_sim.soak.log import LOG, read_log
+from hri_sim.soak.picture import draw_soak
+
+FIGURES, TEXT, PICTURE = "soak.json", "soak.md", "soak.png"
+_VERDICTS = {True: "met", False: "**missed**", None: "not judged"}
+
+
+def write_report(folder: Path) -> dict[str, Any]:
+    """Make the report of the record in a folder.
+
+    Returns:
+        The content of ``soak.json``.
+
+    Raises:
+        DataError: when there is no record.
+    """
+    record = read_log(folder / LOG)
+    content = figures(record, np.random.default_rng(0))
+    write_json(folder / FIGURES, content)
+    (folder / TEXT).write_text(report(content))
+    draw_soak(record, folder / PICTURE)
+    return content
+
+
+def _cell(value: float | None, style: str) -> str:
+    return "–" if value is None else format(value, style)
+
+
+def bar_rows(content: dict[str, Any]) -> list[tuple[str, str, str, str]]:
+    """What is wanted: (what, measured, wanted, verdict)."""
+    return [
+        (bar["what"], bar["measured"], bar["wanted"], _VERDICTS[bar["met"]])
+        for bar in content["bars"]
+    ]
+
+
+def memory_table(content: dict[str, Any]) -> list[tuple[str, ...]]:
+    """Memory of each process, a row a life; the judged ones and the longest of each node."""
+    longest: dict[str, float] = {}
+    for row in content["memory"]:
+        longest[row["node"]] = max(longest.get(row["node"], 0.0), row["lived_s"])
+    found = []
+    for row in content["memory"]:
+        growth = row["growth"]
+        if growth is None and row["lived_s"] < longest[row["node"]]:
+            continue
+        found.append(
+            (
+                row["node"],
+                f"{row['lived_s'] / 60.0:.1f}",
+                "–" if growth is None else f"{growth['first']:.1f}",
+                "–" if growth is None else f"{growth['last']:.1f}",
+                "–" if growth is None else f"{growth['share']:+.1%}",
+                f"{row['threads'][0]}→{row['threads'][1]}",
+                f"{row['files'][0]}→{row['files'][1]}",
+                _cell(row["cores"], ".2f"),
+            )
+        )
+    return sorted(found)
+
+
+MEMORY_HEAD = (
+    "process", "lived [min]", "first [MB]", "last [MB]", "growth", "threads", "files", "cores",
+)  # fmt: skip
+FAULT_HEAD = (
+    "fault", "node", "count", "at rest", "within [ms]", "named [ms]", "ready [s]", "reached",
+    "within [s]", "right",
+)  # fmt: skip
+BAR_HEAD = ("what", "measured", "wanted", "verdict")
+
+
+def fault_table(content: dict[str, Any]) -> list[tuple[str, ...]]:
+    """What came of each kind of fault."""
+    return [
+        (
+            row["fault"],
+            row["node"] or "–",
+            str(row["count"]),
+            f"{row['came_to_rest']}/{row['moving']}" if row["moving"] else "–",
+            _cell(row["rest_ms"], ".0f"),
+            _cell(row["named_ms"], ".0f"),
+            _cell(row["ready_s"], ".1f"),
+            f"{row['reached']}/{row['count']}",
+            _cell(row["reached_s"], ".1f"),
+            "–" if row["as_wanted"] is None else f"{row['as_wanted']}/{row['count']}",
+        )
+        for row in content["faults"]
+    ]
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    lines = [" | ".join(head), " | ".join("---" for _ in head), *(" | ".join(r) for r in rows)]
+    return [f"| {line} |" for line in lines] + [""]
+
+
+def _files(content: dict[str, Any]) -> list[str]:
+    files = content["files"]
+    per_minute = ", ".join(_cell(rate, ".1f") for rate in files["mb_per_minute"])
+    lines = [
+        f"{files['total_mb']:.1f} MB in all; a minute in each third of the run: {per_minute} MB.",
+        "",
+    ]
+    end = content["end"]
+    if end is None:
+        return lines
+    rows = [
+        (
+            bag["bag"],
+            f"{bag['bytes'] / 1e6:.1f}",
+            f"{bag['seconds'] / 60.0:.1f}",
+            f"{bag['messages']}",
+            "yes" if bag["closed"] else "no: its recorder was killed",
+            bag["error"] or "whole",
+        )
+        for bag in end["bags"]
+    ]
+    return [*lines, *_table(("bag", "MB", "minutes", "messages", "closed", "read"), rows)]
+
+
+def report(content: dict[str, Any]) -> str:
+    """The text of ``soak.md``."""
+    thirds = content["latency"]["thirds"]
+    latency = ", ".join(f"{_cell(t['p50'], '.1f')} / {_cell(t['p99'], '.1f')}" for t in thirds)
+    ticks = ", ".join(f"{name} {rate:.1f}" for name, rate in sorted(content["rates_hz"].items()))
+    reaches = content["reaches"]
+    what = {row["fault"] for row in content["faults"]}
+    text = [
+        "# The graph over time, with faults\n",
+        f"Made by `scripts/soak.py --minutes {content['minutes']:g} --seed {content['seed']}`"
+        f" (faults: {content['faults_asked']}; separation: {content['separation']}): "
+        f"{content['seconds'] / 60.0:.1f} minutes, {reaches['count']} goals.\n",
+        f"{origin_line(content['origin'])}\n",
+        *_table(BAR_HEAD, bar_rows(content)),
+        *(f"- Not reached without a fault: {text}" for text in reaches["not_reached"]),
+        "![Memory, latency and size of the bags over time](soak.png)\n",
+        "## Memory\n",
+        "Resident anonymous memory of each process, with what of it is swapped out, from half a minute "
+        "of its life on. Growth is the slope of Theil and Sen over that time, or the difference of the "
+        "medians of first and last third, whichever is more, as a share of the first third's; it is not "
+        "extrapolated. `first` and `last` are these medians. Of lives that were too short to be judged "
+        "only each node's longest is listed. In the second half of the run no node is killed.\n",
+        *_table(MEMORY_HEAD, memory_table(content)),
+        "## Latency\n",
+        "Newest sample used to trajectory received by the script, without the simulated sensor's delay. "
+        f"Median / 99th percentile in each third of the run: {latency} ms "
+        f"({content['latency']['count']} plans).\n",
+        f"Ticks a second (median): {ticks}.\n",
+        "## Files\n",
+        *_files(content),
+        "## Faults\n",
+        *([f"- {kind}: {WORDS[kind]}" for kind in WORDS if kind in what]),
+        "",
+        "`at rest`: of faults that must stop the robot, how often it came to rest, of the times when it "
+        "moved, and how long that took at most. `named`: from a kill to when the script says so; `ready`: "
+        "to when all nodes are again. `reached`: how often a goal was reached after the fault, and how "
+        "long after its begin at most. `right`: how often the goals that it is about ended as they "
+        "should.\n",
+        *_table(FAULT_HEAD, fault_table(content)),
+    ]
+    return "\n".join(text)

@@ -1,0 +1,45 @@
+"""Every line of the table of faults that needs no real time, once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hri_sim.faults.catalogue import FAULTS
+from hri_sim.faults.damaged import TOGETHER, same
+from hri_sim.reliability.fault import PROCESSES, Fault, Place, Result
+
+QUICK = [fault for fault in FAULTS if fault.kind != PROCESSES]
+
+
+@pytest.fixture(scope="session")
+def keep(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Libraries, which take a while to make."""
+    return tmp_path_factory.mktemp("keep")
+
+
+@pytest.mark.parametrize("fault", QUICK, ids=lambda fault: fault.name)
+def test_a_line(fault: Fault, tmp_path: Path, keep: Path) -> None:
+    # All of the same scene: a library is made once.
+    result = Result(fault, tuple(fault.measure([0], Place(tmp_path, keep, smoke=True))))
+    (trial,) = result.trials
+    assert set(trial.figures) <= {figure.key for figure in fault.figures}
+    assert result.met, trial
+    if fault.name.endswith("_models"):
+        assert 0 < (trial.figures["refused"] or 0.0) <= TOGETHER
+
+
+def test_same_repetition_same_figures(tmp_path: Path, keep: Path) -> None:
+    (fault,) = (fault for fault in QUICK if fault.name == "mocap_outliers")
+    found = [
+        list(fault.measure([0], Place(tmp_path / name, keep, smoke=True))) for name in ("a", "b")
+    ]
+    assert found[0][0].figures["step_rad"] == found[1][0].figures["step_rad"]
+
+
+def test_what_is_the_same() -> None:
+    assert same({"a": [np.array([1.0, np.nan])]}, {"a": [np.array([1.0, np.nan])]})
+    assert not same({"a": [np.array([1.0])]}, {"a": [np.array([2.0])]})
+    assert not same(1, 1.0)

@@ -1,0 +1,153 @@
+"""What of the nodes' health a run's user hears, and what is said of its recording at the end."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+
+from hri_prediction.ros.node import ERROR, OK, STANDSTILL, WARN
+from hri_sim.launch.health import AGAIN_S, SILENT_S, GraphHealth
+from hri_sim.launch.recording_end import recording_words
+from hri_sim.launch.supervisor import Death
+
+
+def status(
+    name: str, text: str = "running", level: bytes = OK, **values: object
+) -> DiagnosticStatus:
+    items = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
+    return DiagnosticStatus(hardware_id=name, message=text, level=level, values=items)
+
+
+@pytest.fixture
+def told() -> list[str]:
+    return []
+
+
+@pytest.fixture
+def health(told: list[str]) -> GraphHealth:
+    return GraphHealth(told.append)
+
+
+def test_a_recorder_that_loses_messages_is_heard_of_at_once(
+    health: GraphHealth, told: list[str]
+) -> None:
+    health.take([status("recorder", "recording", troubles="")], 0.0, begun=True)
+    assert told == []
+    behind = status("recorder", "behind: 70 % full", WARN, troubles="behind")
+    health.take([behind], 0.0, begun=True)
+    health.take([behind], 0.0, begun=True)
+    assert told == ["recorder: behind: 70 % full"]
+    # Another kind of trouble is news, more of the same is not.
+    for dropped in (3, 500):
+        text = f"{dropped} messages dropped"
+        health.take([status("recorder", text, ERROR, troubles="queue behind")], 0.0, begun=True)
+    assert told[1:] == ["recorder: 3 messages dropped"]
+    # What comes and goes is told now and then.
+    well = status("recorder", "recording", troubles="")
+    for tenth in range(round(20 * AGAIN_S)):
+        health.take([behind if tenth % 2 else well], tenth / 10, begun=True)
+    assert told[2:] == ["recorder: behind: 70 % full"]
+
+
+def test_nodes_that_stand_still_are_named_once(health: GraphHealth, told: list[str]) -> None:
+    text = f"this node {STANDSTILL} 0.40 s"
+    health.take([status("ptomp", text, WARN)], 0.0, begun=False)
+    assert told == []
+    for _ in range(2):
+        health.take([status("ptomp", text, WARN), status("person", text, WARN)], 0.0, begun=True)
+    assert told == [f"ptomp: {text}", f"person: {text}"]
+
+
+def look(health: GraphHealth, begin_s: float, end_s: float, step_s: float = 0.02) -> None:
+    for step in range(round((end_s - begin_s) / step_s)):
+        health.look(begin_s + step * step_s, ["recorder", "person"])
+
+
+def test_a_recorder_that_falls_silent(health: GraphHealth, told: list[str]) -> None:
+    look(health, 0.0, 10.0)  # not heard of yet
+    for second in range(10, 20):
+        health.take([status("recorder", "recording")], 0.0, begun=True)
+        look(health, second, second + 1.0)
+    assert told == []
+    look(health, 20.0, 20.0 + 2 * SILENT_S)
+    assert told == ["recorder has said nothing for 3 s: it may be recording nothing"]
+    health.take([status("recorder", "recording")], 0.0, begun=True)
+    look(health, 30.0, 30.0 + 2 * SILENT_S)
+    assert len(told) == 2
+
+
+def test_who_was_not_run_itself_has_not_listened(health: GraphHealth, told: list[str]) -> None:
+    health.take([status("recorder", "recording")], 0.0, begun=True)
+    look(health, 0.0, 1.0)
+    look(health, 60.0, 61.0)
+    assert told == []
+
+
+def test_a_recorder_that_has_ended_is_not_called_silent(
+    health: GraphHealth, told: list[str]
+) -> None:
+    health.take([status("recorder", "recording")], 0.0, begun=True)
+    for step in range(1000):
+        health.look(step * 0.02, ["person"])
+    assert told == []
+
+
+def test_who_is_not_ready(health: GraphHealth) -> None:
+    names = ["person", "ptomp", "recorder"]
+    assert health.missing(names, ["/a"], patient=True) == set(names)
+    health.take(
+        [status("person"), status("ptomp", level=WARN), status("recorder")], 0.0, begun=False
+    )
+    assert health.missing(names, ["/a"], patient=True) == {"ptomp", "recorder"}
+    assert health.missing(names, ["/a"], patient=False) == set()
+    health.take([status("recorder", **{"received /a": 4})], 0.0, begun=False)
+    assert health.missing(names, ["/a"], patient=True) == {"ptomp"}
+
+
+# ------------------------------------------------------------------ the end
+def ended(code: int | None, *, died: bool = False) -> SimpleNamespace:
+    return SimpleNamespace(
+        exit_code=lambda label: code,
+        died=lambda label: died,
+        last_words=lambda label, lines: ("recorder: 7 messages could not be written",),
+    )
+
+
+def test_the_end_of_a_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    bag = Path("runs/bag")
+
+    def words(supervisor: SimpleNamespace, killed: list[str]) -> str:
+        return " | ".join(recording_words(supervisor, killed, bag))
+
+    assert words(ended(None), []) == ""  # there is none
+    assert words(ended(0), []) == ""
+    assert words(ended(1), []) == (
+        "recorder: 7 messages could not be written | runs/bag does not hold all that was sent"
+    )
+    assert words(ended(1, died=True), []) == "runs/bag does not hold all that was sent"
+    bag.mkdir(parents=True)
+    (bag / "bag_0.mcap").write_bytes(b"\x89MCAP0\r\n")
+    assert "not closed; scripts/inspect_bag.py BAG --salvage OUT" in words(ended(1), [])
+    assert "last half second" in words(ended(-9), ["person", "recorder"])
+    said = words(ended(-9, died=True), [])
+    assert "ends where the recorder did" in said
+    assert "--salvage" in said
+
+
+def test_last_words_tell_the_cause_of_an_end_by_error_alone() -> None:
+    assert Death("recorder", 1, ("ready", "recorder: no space")).cause == "recorder: no space"
+    assert Death("recorder", -9, ("ready",)).cause == ""
+    assert Death("recorder", 1, ()).cause == ""
+
+
+def test_an_answer_that_did_not_count_is_told_once(health: GraphHealth, told: list[str]) -> None:
+    late = status("adaptation", "running", WARN, **{"fault guess": "no trial is on"})
+    health.take([late], 0.0, begun=True)
+    health.take([late], 1.0, begun=True)
+    assert told == ["adaptation: no trial is on"]
+    health.take([status("adaptation"), late], 6.0, begun=True)
+    assert told[1:] == ["adaptation: no trial is on"]

@@ -1,0 +1,109 @@
+"""What is met and what is missed, and the files that say so."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from soak_records import BEGUN, CANCELLED, ENDED, KILLED, REACHED, write_record
+
+from hri_prediction.errors import DataError
+from hri_sim.soak.judging import figures, missed
+from hri_sim.soak.log import BEGIN, LOG, SoakLog, read_log
+from hri_sim.soak.report import FIGURES, PICTURE, TEXT, report, write_report
+
+
+def judged(folder: Path) -> dict[str, Any]:
+    """What is in soak.json, without the files."""
+    return figures(read_log(folder / LOG), np.random.default_rng(0))
+
+
+def verdict(content: dict[str, Any], words: str) -> dict[str, Any]:
+    (bar,) = [bar for bar in content["bars"] if words in bar["what"]]
+    return bar
+
+
+def test_a_run_in_which_all_went_well(tmp_path: Path) -> None:
+    content = write_report(write_record(tmp_path))
+    assert not missed(content)
+    assert all(bar["met"] for bar in content["bars"])
+    assert json.loads((tmp_path / FIGURES).read_text()) == content
+    text = (tmp_path / TEXT).read_text()
+    assert "**missed**" not in text
+    assert "| kill | ptomp | 1 | 1/1 | 150 | 20 | 6.0 | 1/1 | 9.0 | – |" in text
+    assert "| bag | 150.0 | 10.0 | 900000 | yes | whole |" in text
+    assert (tmp_path / PICTURE).stat().st_size > 20_000
+    assert content["rates_hz"] == {"person": 250.0}
+    assert content["files"]["mb_per_minute"] == pytest.approx([15.0] * 3)
+    # Of the two lives of ptomp only the second is long enough.
+    judged = {(row["node"], row["growth"] is not None) for row in content["memory"]}
+    assert judged == {("person", True), ("ptomp", True), ("ptomp", False)}
+    assert content["memory"][0]["cores"] == pytest.approx(0.25)
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"leak": 0.07}, "process' memory"),
+        ({"faults": ({**KILLED, "rest_ms": 230.0},)}, "at rest"),
+        ({"faults": ({**KILLED, "rest_ms": None},)}, "at rest"),
+        ({"faults": ({**KILLED, "named_ms": 1200.0},)}, "named"),
+        ({"faults": ({**KILLED, "named_ms": None},)}, "named"),
+        ({"faults": ({**KILLED, "reached_s": None},)}, "after the fault"),
+        ({"faults": ({**CANCELLED, "as_wanted": False},)}, "end as they should"),
+        ({"reaches": ({**REACHED, "outcome": "blocked"},)}, "without a fault"),
+        ({"deaths": ({"s": 3.0, "node": "person", "wanted": False},)}, "by themselves"),
+        ({"end": {**ENDED, "not_finite": 2}}, "not finite"),
+        ({"end": {**ENDED, "touches": 1}}, "while the robot moved"),
+        ({"end": {**ENDED, "orphans": ["ptomp (7)"]}}, "processes left"),
+        ({"end": {**ENDED, "shared_left": ["fastrtps_1"]}}, "shared memory"),
+        ({"end": {**ENDED, "bags": [{**ENDED["bags"][0], "error": "damaged"}]}}, "bags"),  # type: ignore[index]
+        ({"end": {**ENDED, "broken": "Ctrl-C"}}, "the run"),
+        ({"end": None}, "the end of the run"),
+    ],
+)
+def test_each_thing_that_is_missed_is_named(
+    tmp_path: Path, changed: dict[str, Any], words: str
+) -> None:
+    content = judged(write_record(tmp_path, **changed))
+    assert missed(content)
+    assert [bar["what"] for bar in content["bars"] if bar["met"] is False] == [
+        verdict(content, words)["what"]
+    ]
+    assert "**missed**" in report(content)
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        {**KILLED, "moving": False, "rest_ms": 0.0},  # it stood already
+        {**KILLED, "node": "recorder", "rest_ms": None},  # nobody needs it
+        {**CANCELLED, "rest_ms": 900.0},  # that is no fault of a node
+    ],
+)
+def test_who_must_be_at_rest(tmp_path: Path, fault: dict[str, Any]) -> None:
+    content = judged(write_record(tmp_path, faults=(fault,)))
+    assert verdict(content, "at rest")["met"] is None
+    assert not missed(content)
+
+
+def test_disturbed_goals_may_fail(tmp_path: Path) -> None:
+    lost = {**REACHED, "outcome": "lost_input", "disturbed": True}
+    content = judged(write_record(tmp_path, reaches=(lost,)))
+    assert verdict(content, "without a fault")["met"] is None
+
+
+def test_a_run_that_ended_at_once(tmp_path: Path) -> None:
+    with SoakLog(tmp_path / LOG) as log:
+        log.write(BEGIN, BEGUN)
+    content = write_report(tmp_path)
+    assert [bar["what"] for bar in content["bars"] if bar["met"] is False] == ["the end of the run"]
+    with pytest.raises(DataError):
+        write_report(tmp_path / "elsewhere")

@@ -1,0 +1,45 @@
+"""Lines of the table of faults with real processes, once: of each kind, not of each node."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from hri_sim.faults.catalogue import FAULTS
+from hri_sim.reliability.fault import Fault, Place, Result, Stays
+
+NAMES = (
+    "kill_ptomp",
+    "kill_recorder",
+    "freeze_predictor",
+    "disk_full",
+    "unwritable_folder",
+    "recorder_rate",
+)
+
+
+@pytest.fixture(scope="module")
+def stays() -> Iterator[dict[str, Stays]]:
+    """A graph that serves several tests."""
+    open_: dict[str, Stays] = {}
+    yield open_
+    for one in open_.values():
+        one.close()
+
+
+@pytest.fixture(scope="module")
+def keep(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Its folder, and its library."""
+    return tmp_path_factory.mktemp("runs") / "libraries"
+
+
+@pytest.mark.parametrize(
+    "fault", [fault for fault in FAULTS if fault.name in NAMES], ids=lambda fault: fault.name
+)
+def test_a_line(fault: Fault, stays: dict[str, Stays], keep: Path, tmp_path: Path) -> None:
+    place = Place(tmp_path, keep, smoke=True, stays=stays)
+    result = Result(fault, tuple(fault.measure([0], place)))
+    (trial,) = result.trials
+    assert result.met, trial
