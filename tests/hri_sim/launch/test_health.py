@@ -79,6 +79,14 @@ def test_a_recorder_that_falls_silent(health: GraphHealth, told: list[str]) -> N
     assert len(told) == 2
 
 
+def test_an_adaptation_node_that_hangs(health: GraphHealth, told: list[str]) -> None:
+    health.take([status("adaptation"), status("policy")], 0.0, begun=True)
+    for step in range(500):
+        health.look(step * 0.02, ["adaptation", "policy"])
+    # Of a policy that hangs others speak, and the robot stops.
+    assert told == ["adaptation has said nothing for 3 s: no trial goes on meanwhile"]
+
+
 def test_who_was_not_run_itself_has_not_listened(health: GraphHealth, told: list[str]) -> None:
     health.take([status("recorder", "recording")], 0.0, begun=True)
     look(health, 0.0, 1.0)

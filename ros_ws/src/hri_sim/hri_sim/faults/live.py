@@ -10,7 +10,7 @@ import contextlib
 import os
 import signal
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -36,10 +36,11 @@ from hri_sim.launch.health import GraphHealth
 from hri_sim.launch.parameters import complete_parameters, read_parameters
 from hri_sim.launch.run import RunOptions, node_specs
 from hri_sim.launch.scene import SCENARIO
-from hri_sim.launch.supervisor import Supervisor
+from hri_sim.launch.separation import OFF
+from hri_sim.launch.supervisor import NodeSpec, Supervisor
 from hri_sim.launch.vital import vital_topics
 from hri_sim.scenario.conditions import draw_scenario
-from hri_sim.scenario.schema import save_scenario
+from hri_sim.scenario.schema import Scenario, save_scenario
 
 FRESH_S = 0.05
 """Joint states older than this say nothing of how the robot moves now [s]."""
@@ -51,36 +52,19 @@ class LiveGraph:
     """Node processes, and a node of one's own that sends goals and listens; a context manager.
 
     Args:
-        folder: For logs, parameters and bag.
-        seed: Seed of the scenario.
-        library: Task library of the predictor.
-        policy: Policy that moves the robot; none: a planner.
-        separation: What a separation monitor reckons with.
+        folder: For logs and parameters; it is there.
+        scenario: The scene.
+        mover: The node that moves the robot.
+        specs: What is started.
 
     Attributes:
-        mover: The node that moves the robot.
         told: What the launcher has told its user: when [s], and what.
     """
 
     def __init__(
-        self,
-        folder: Path,
-        seed: int,
-        library: Path,
-        *,
-        policy: str | None = None,
-        separation: str = "off",
+        self, folder: Path, scenario: Scenario, mover: str, specs: Sequence[NodeSpec]
     ) -> None:
-        self.scenario = draw_scenario(seed, 2)
-        options = RunOptions(
-            out=folder, seed=seed, drawn=self.scenario, policy=policy, separation=separation
-        )
-        self.mover, self.folder = options.mover, folder
-        folder.mkdir(parents=True, exist_ok=True)
-        path = (folder / SCENARIO).resolve()
-        save_scenario(path, self.scenario)
-        made = node_specs(options, self.scenario, path, library, None, folder / "bag")
-        specs = complete_parameters(made, read_parameters(None), "")
+        self.folder, self.scenario, self.mover = folder, scenario, mover
         self.supervisor = Supervisor(folder)
         self.told: list[tuple[float, str]] = []
         self._last: dict[str, str] = {}
@@ -215,7 +199,7 @@ class LiveGraph:
 
     # ------------------------------------------------------------------ acting
     def under_way(self, rng: np.random.Generator, latest_s: float = 0.6) -> None:
-        """Send the robot to its other target, until it has moved for a random time.
+        """Let the robot set out, and move for a random time.
 
         Args:
             rng: Draws the time.
@@ -225,7 +209,7 @@ class LiveGraph:
             GraphError: when the robot does not set out.
         """
         for _ in range(6):
-            self._send_goal()
+            self._set_out()
             self.spin(10.0, lambda: self.speed() > 0.1)
             self.spin(rng.uniform(0.0, latest_s))
             # On a busy machine what is heard may be old: then nobody knows.
@@ -233,7 +217,8 @@ class LiveGraph:
                 return
         raise GraphError("the robot does not set out")
 
-    def _send_goal(self) -> None:
+    def _set_out(self) -> None:
+        """Send the robot to its other target."""
         index = self._index = 1 - self._index
         wanted = self.scenario.reaches[index]
         cue = Cue(reach=index, delay=wanted.person_delay, duration=wanted.person_duration)
@@ -288,3 +273,26 @@ class LiveGraph:
             if when_s >= since_s and any(word in text for word in words):
                 return (when_s - since_s) * 1e3, text
         return None, ""
+
+
+def reaching_graph(
+    folder: Path, seed: int, library: Path, *, policy: str | None = None, separation: str = OFF
+) -> LiveGraph:
+    """The graph in which a robot reaches past a person who reaches.
+
+    Args:
+        folder: For logs, parameters and bag; it is there.
+        seed: Seed of the scenario.
+        library: Task library of the predictor.
+        policy: Policy that moves the robot; none: a planner.
+        separation: What a separation monitor reckons with.
+    """
+    scenario = draw_scenario(seed, 2)
+    options = RunOptions(
+        out=folder, seed=seed, drawn=scenario, policy=policy, separation=separation
+    )
+    path = (folder / SCENARIO).resolve()
+    save_scenario(path, scenario)
+    made = node_specs(options, scenario, path, library, None, folder / "bag")
+    specs = complete_parameters(made, read_parameters(None), "")
+    return LiveGraph(folder, scenario, options.mover, specs)

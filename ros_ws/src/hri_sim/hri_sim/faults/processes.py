@@ -14,23 +14,30 @@ from hri_planner.nodes.policy_config import DEFAULT_POLICY
 from hri_prediction.bags import BagReader, salvage
 from hri_prediction.errors import GraphError
 from hri_prediction.ros.time import NANO, to_ns
-from hri_sim.faults.live import READY_S, LiveGraph
+from hri_sim.faults.live import READY_S, LiveGraph, reaching_graph
 from hri_sim.faults.motion import AT_REST, NAMED, SCENES, STEP, scene
+from hri_sim.faults.trials import TrialsGraph
 from hri_sim.launch.separation import MONITOR, OFF
 from hri_sim.reliability.fault import PROCESSES, Fault, Figure, Place, Trial
 
 RECORDER, SIMULATOR, POLICY = "recorder", "simulator", "policy"
+OBSERVER, ADAPTATION = "observer", "adaptation"
+HANDS_OFF = (RECORDER, SIMULATOR, ADAPTATION)
+"""Nodes on which it does not depend whether the robot may move on."""
 GRAPH = "graph"
 """What stays from one fault to the next."""
 HELD_S = 1.5
-"""How long a node is frozen [s]; a recorder longer, as it is given more time to speak."""
-RECORDER_HELD_S = 5.0
+"""How long a node is frozen [s]."""
+SILENT_HELD_S = 5.0
+"""The same of those that are named because they do not speak every second."""
 LOST = Figure("lost_s", "recording lost", "s", 1.0, digits=2)
 SALVAGED = Figure("salvaged", "messages salvaged", limit=1.0, least=True)
 READY = Figure("ready_s", "all nodes well again after", "s", READY_S, digits=1)
 TOUCHED = Figure("touched", "states in which a person is touched", limit=0.0)
-SILENT = Figure("named_ms", "named after", "ms", 5000.0)
-"""A recorder is expected to speak every second; it is named when it has not for three."""
+GOES_ON = Figure("goes_on_s", "a further trial done after", "s", READY_S, digits=1)
+LOST_TRIALS = Figure("lost_trials", "trials lost", limit=0.0)
+UNHEARD = Figure("named_ms", "named after", "ms", 5000.0)
+"""Of nodes that are named when they have not spoken for three seconds."""
 REASONS = {
     "person": ("newest sample", "no usable sample", "last seen"),
     "predictor": ("newest sample", "prediction"),
@@ -38,7 +45,9 @@ REASONS = {
     POLICY: ("plan that the motion needs", "heartbeat"),
     MONITOR: ("heartbeat",),
     SIMULATOR: ("/joint_states", "joint states"),
+    OBSERVER: ("newest sample", "no usable sample", "last seen"),
     RECORDER: (RECORDER,),
+    ADAPTATION: (ADAPTATION,),
 }
 """What is said of each when it falls silent: one of these words."""
 
@@ -46,20 +55,26 @@ REASONS = {
 def live_graph(victim: str, place: Place) -> LiveGraph:
     """The graph that a node of this name is part of: one that runs already, or a new one."""
     kind = victim if victim in (POLICY, MONITOR) else "planner"
+    if victim in (OBSERVER, ADAPTATION):
+        kind = "trials"
     running = place.stays.get(GRAPH)
     if isinstance(running, LiveGraph):
         if running.folder.name == kind:
             return running
         running.close()
-    _, library = scene(0, place.keep)
     # Where the folder of a fault goes, a graph that outlives it must not be.
-    graph = LiveGraph(
-        new_folder(place.keep.parent / GRAPH / kind),
-        SCENES[0],
-        library.resolve(),
-        policy=DEFAULT_POLICY if kind == POLICY else None,
-        separation="measured" if kind == MONITOR else OFF,
-    )
+    folder = new_folder(place.keep.parent / GRAPH / kind)
+    if kind == "trials":
+        graph: LiveGraph = TrialsGraph(folder, SCENES[0])
+    else:
+        _, library = scene(0, place.keep)
+        graph = reaching_graph(
+            folder,
+            SCENES[0],
+            library.resolve(),
+            policy=DEFAULT_POLICY if kind == POLICY else None,
+            separation="measured" if kind == MONITOR else OFF,
+        )
     place.stays[GRAPH] = graph
     return graph
 
@@ -92,7 +107,7 @@ def many(
 def kill(graph: LiveGraph, victim: str, seed: int, place: Place) -> Trial:
     """``kill -9`` at a random time of a motion; the launcher starts the node again."""
     graph.under_way(np.random.default_rng([seed, *victim.encode()]))
-    bag = _newest_bag(graph.folder)
+    bag, trials = _newest_bag(graph.folder), _trials(graph)
     since_s = graph.send(victim, signal.SIGKILL)
     graph.spin(1.0)
     named_ms, _ = graph.first_said(since_s, (f"node {victim} was ended by",), graph.told)
@@ -102,14 +117,28 @@ def kill(graph: LiveGraph, victim: str, seed: int, place: Place) -> Trial:
         "touched": float(graph.touched),
         "step_rad": graph.largest_step(),
     }
-    if victim != RECORDER:
+    if victim not in (RECORDER, ADAPTATION):
         figures["reason_ms"] = reason_ms
-        if victim != SIMULATOR:
-            figures["rest_ms"] = graph.rest_ms(since_s)
+    if victim not in HANDS_OFF:
+        figures["rest_ms"] = graph.rest_ms(since_s)
     figures["ready_s"] = graph.ready_after(since_s)
+    figures |= _of_trials(graph, since_s, trials)
     if victim == RECORDER:
         figures |= _salvaged(bag, place.folder / f"salvaged_{seed}", since_s)
     return Trial(seed, figures, said)
+
+
+def _trials(graph: LiveGraph) -> list[str]:
+    """Trials that are on the disk, if any are made."""
+    return graph.kept() if isinstance(graph, TrialsGraph) else []
+
+
+def _of_trials(graph: LiveGraph, since_s: float, before: list[str]) -> dict[str, float | None]:
+    """Whether an experiment goes on as if nothing had been."""
+    if not isinstance(graph, TrialsGraph):
+        return {}
+    goes_on_s = graph.goes_on_after(since_s, before)
+    return {"goes_on_s": goes_on_s, "lost_trials": float(graph.lost(before))}
 
 
 def _newest_bag(run: Path) -> Path:
@@ -130,12 +159,14 @@ def _salvaged(bag: Path, out: Path, killed_s: float) -> dict[str, float | None]:
 def freeze(graph: LiveGraph, victim: str, seed: int, place: Place) -> Trial:
     """SIGSTOP at a random time of a motion, and SIGCONT some time later."""
     graph.under_way(np.random.default_rng([seed, *victim.encode()]))
+    trials = _trials(graph)
     since_s = graph.send(victim, signal.SIGSTOP)
-    graph.spin(RECORDER_HELD_S if victim == RECORDER else HELD_S)
-    said_by = graph.told if victim == RECORDER else graph.reasons
+    unheard = victim in (RECORDER, ADAPTATION)
+    graph.spin(SILENT_HELD_S if unheard else HELD_S)
+    said_by = graph.told if unheard else graph.reasons
     named_ms, said = graph.first_said(since_s, REASONS[victim], said_by)
     figures: dict[str, float | None] = {"named_ms": named_ms}
-    if victim not in (RECORDER, SIMULATOR):
+    if victim not in HANDS_OFF:
         figures["rest_ms"] = graph.rest_ms(since_s)
     touched, step = graph.touched, graph.largest_step()
     thawed_s = graph.send(victim, signal.SIGCONT)
@@ -145,7 +176,14 @@ def freeze(graph: LiveGraph, victim: str, seed: int, place: Place) -> Trial:
         "touched": float(touched + graph.touched),
         "step_rad": max(step, graph.largest_step()),
     }
+    figures |= _of_trials(graph, thawed_s, trials)
     return Trial(seed, figures, said)
+
+
+def _wanted_of(victim: str) -> tuple[Figure, ...]:
+    """What is wanted whatever is done to a node."""
+    trials = (GOES_ON, LOST_TRIALS) if victim in (OBSERVER, ADAPTATION) else ()
+    return (*trials, STEP, TOUCHED)
 
 
 def _kill(victim: str) -> Fault:
@@ -153,37 +191,40 @@ def _kill(victim: str) -> Fault:
     answer = {
         RECORDER: "named; the run goes on; the bag is salvaged up to 1 s before",
         SIMULATOR: "named by the launcher and in the graph",
+        ADAPTATION: "named; the trial under way is made again, no other is lost",
     }.get(victim, "robot at rest, named by the launcher and in the graph")
     figures: tuple[Figure, ...] = (AT_REST, NAMED, said)
     if victim == RECORDER:
         figures = (NAMED, LOST, SALVAGED)
     elif victim == SIMULATOR:
         figures = (NAMED, said)
+    elif victim == ADAPTATION:
+        figures = (NAMED,)
     return Fault(
         f"kill_{victim}",
         f"kill -9 of {victim}",
         "SIGKILL at a random time of a motion; the launcher starts the node again (--on-death restart)",
         answer,
         PROCESSES,
-        (*figures, READY, STEP, TOUCHED),
+        (*figures, READY, *_wanted_of(victim)),
         partial(many, kill, victim),
     )
 
 
 def _freeze(victim: str) -> Fault:
-    moved = victim not in (RECORDER, SIMULATOR)
+    moved, unheard = victim not in HANDS_OFF, victim in (RECORDER, ADAPTATION)
     answer = "robot at rest, and named" if moved else "named"
-    figures = ((AT_REST,) if moved else ()) + ((SILENT,) if victim == RECORDER else (NAMED,))
+    figures = ((AT_REST,) if moved else ()) + ((UNHEARD,) if unheard else (NAMED,))
+    held_s = SILENT_HELD_S if unheard else HELD_S
     return Fault(
         f"freeze_{victim}",
         f"{victim} is frozen",
-        f"SIGSTOP at a random time of a motion, SIGCONT {HELD_S:g} s later"
-        if victim != RECORDER
-        else f"SIGSTOP at a random time of a motion, SIGCONT {RECORDER_HELD_S:g} s later",
+        f"SIGSTOP at a random time of a motion, SIGCONT {held_s:g} s later",
         f"{answer}; afterwards it goes on",
         PROCESSES,
-        (*figures, READY, STEP, TOUCHED),
+        (*figures, READY, *_wanted_of(victim)),
         partial(many, freeze, victim),
+        count=10,
     )
 
 
@@ -192,5 +233,6 @@ PLANNED = (SIMULATOR, "person", "predictor", "ptomp", RECORDER)
 PROCESS_FAULTS = (
     *map(_kill, PLANNED), *map(_freeze, PLANNED),
     _kill(POLICY), _freeze(POLICY), _kill(MONITOR), _freeze(MONITOR),
+    _kill(OBSERVER), _freeze(OBSERVER), _kill(ADAPTATION), _freeze(ADAPTATION),
 )  # fmt: skip
 """Faults of processes."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Collection, Sequence
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -13,7 +14,12 @@ from hri_sim.nodes.recorder_node import TROUBLES
 RECORDER = "recorder"
 """Label of the recorder."""
 SILENT_S = 3.0
-"""A recorder that says nothing for so long, though it should every second, may record nothing [s]."""
+"""A node that says nothing for so long, though it should every second, hangs [s]."""
+SILENT = {
+    RECORDER: "it may be recording nothing",
+    "adaptation": "no trial goes on meanwhile",
+}
+"""Nodes for which nobody else speaks when they hang, and what that means."""
 AGAIN_S = 10.0
 """A trouble that comes and goes is told again after so long [s]."""
 _STEP_S = 0.1
@@ -35,7 +41,7 @@ class GraphHealth:
         self._stood: set[str] = set()
         self._troubles: set[str] = set()
         self._told_s: dict[str, float] = {}
-        self._silent_s = 0.0
+        self._silent_s: defaultdict[str, float] = defaultdict(float)
         self._looked_s: float | None = None
 
     def take(self, statuses: Sequence[DiagnosticStatus], now_s: float, *, begun: bool) -> None:
@@ -49,8 +55,8 @@ class GraphHealth:
         for status in statuses:
             name = status.hardware_id
             self._statuses[name] = status
+            self._silent_s[name] = 0.0
             if name == RECORDER:
-                self._silent_s = 0.0
                 self._tell_troubles(status, now_s)
             self._tell_fault(status)
             if STANDSTILL in status.message and name not in self._stood and begun:
@@ -64,7 +70,7 @@ class GraphHealth:
         self._stood.discard(label)
 
     def look(self, now_s: float, running: Collection[str]) -> None:
-        """Notice a recorder that has fallen silent; call it often.
+        """Notice nodes of :data:`SILENT` that have fallen silent; call it often.
 
         Args:
             now_s: Time of any clock that does not jump [s].
@@ -73,13 +79,13 @@ class GraphHealth:
         # A process that was itself not run for a while has not listened either.
         passed_s = 0.0 if self._looked_s is None else min(now_s - self._looked_s, _STEP_S)
         self._looked_s = now_s
-        if RECORDER not in self._statuses or RECORDER not in running:
-            return
-        before_s, self._silent_s = self._silent_s, self._silent_s + passed_s
-        if before_s <= SILENT_S < self._silent_s:
-            self._tell(
-                f"{RECORDER} has said nothing for {SILENT_S:.0f} s: it may be recording nothing"
-            )
+        for name, meaning in SILENT.items():
+            if name not in self._statuses or name not in running:
+                continue
+            before_s = self._silent_s[name]
+            self._silent_s[name] += passed_s
+            if before_s <= SILENT_S < self._silent_s[name]:
+                self._tell(f"{name} has said nothing for {SILENT_S:.0f} s: {meaning}")
 
     def missing(
         self, labels: Collection[str], recorded: Sequence[str], *, patient: bool
