@@ -9,7 +9,6 @@ import pytest
 HERE = Path(__file__).parent
 ALONE = (
     "examples",
-    "graph",
     "hri_planner/ros",
     "hri_prediction/live",
     "hri_prediction/ros",

@@ -95,7 +95,7 @@ def _draw_ways(
         ylabel=f"{names[shown[1]]} [m]",
     )  # fmt: skip
     axes.set_aspect("equal", adjustable="datalim")
-    axes.margins(0.12)
+    axes.margins(0.2)
     # Who sits opposite has y > 0 at the left hand; from above, so has the picture.
     axes.invert_xaxis()
     for centre, half in experiment.boxes:
