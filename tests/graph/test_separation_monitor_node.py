@@ -14,12 +14,12 @@ from motions import (
     start_reach,
     stop_time_ms,
 )
-from std_msgs.msg import Header
+from std_msgs.msg import Float64, Header
 
 from hri_planner.ros.inputs import NOBODY
 from hri_prediction.ros.messages import IdsList, ReachTarget, SeparationStatus
-from hri_prediction.ros.node import ERROR, HriNode
-from hri_prediction.ros.qos import LATCHED
+from hri_prediction.ros.node import ERROR, WARN, HriNode
+from hri_prediction.ros.qos import LATCHED, reliable
 from hri_prediction.ros.time import seconds_to_ns, to_time
 from hri_sim.scenario.schema import Scenario
 from hri_sim.testing import Graph, node_factory, spoiling
@@ -252,11 +252,51 @@ def graph_with_monitor(make_graph: Callable[..., Graph]) -> Graph:
 def test_somebody_else_who_commands_the_speed_is_named(
     make_graph: Callable[..., Graph],
 ) -> None:
-    graph = make_graph(separation="measured", parameters={"ptomp": {"heartbeat": True}})
+    graph = make_graph(separation="measured", others=[node_factory(Meddler)])
     graph.run(0.6)
     level, text, _ = graph.nodes["separation_monitor"].health()
     assert level == ERROR
     assert "heartbeat:=false" in text
+
+
+def test_a_planner_leaves_the_speed_to_a_monitor_for_good(
+    make_graph: Callable[..., Graph], scenario: Scenario
+) -> None:
+    """A planner as it starts by itself: it must not keep a robot going whose monitor has died."""
+    graph = make_graph(separation="measured", parameters={"ptomp": {"heartbeat": True}})
+    graph.run(0.6)
+    graph.run_until(lambda: graph.nodes["separation_monitor"].health()[0] != ERROR, 2.0)
+    start_reach(graph, scenario)
+    run_into_motion(graph)
+    killed = graph.now_s
+    graph.kill("separation_monitor")
+    graph.run(0.8)
+    assert stop_time_ms(graph, killed) <= 200.0
+    assert "heartbeat" in graph.messages("/joint_trajectory_controller/reference")[-1].reason
+    beats = len(scales(graph))
+    graph.run(1.0)
+    assert len(scales(graph)) == beats
+
+
+def test_the_list_of_a_second_source_makes_nobody_vanish(
+    make_graph: Callable[..., Graph],
+) -> None:
+    graph = make_graph(separation="measured", others=[node_factory(EmptyRoom)])
+    graph.run(0.6)
+    room = graph.nodes["empty_room"]
+    assert isinstance(room, EmptyRoom)
+    room.says_so = True
+    graph.run(1.5)
+    assert graph.messages(STATUS)[-1].body_id == "person1"
+    level, text, _ = graph.nodes["separation_monitor"].health()
+    assert level == WARN
+    assert "person1" in text
+    # Who is not seen any more either has left.
+    graph.kill("person")
+    graph.run(0.4)
+    assert graph.messages(STATUS)[-1].distance < NOBODY
+    graph.run(0.3)
+    assert graph.messages(STATUS)[-1].distance == NOBODY
 
 
 def test_without_people_it_is_at_full_speed(
@@ -282,6 +322,17 @@ def test_without_people_it_is_at_full_speed(
     newest = graph.messages(STATUS)[-1]
     assert newest.state == SeparationStatus.STOPPED
     assert newest.reason == "nothing says any longer who is tracked"
+
+
+class Meddler(HriNode):
+    """Says that the robot may go at full speed, whoever is there."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__("meddler", period_s=0.02, **kwargs)
+        self._scale = self.announce(Float64, SCALE, reliable(1))
+
+    def on_tick(self, now_ns: int) -> None:
+        self._scale.publish(Float64(data=1.0))
 
 
 class EmptyRoom(HriNode):

@@ -7,7 +7,8 @@ import pytest
 from std_msgs.msg import Header
 
 from hri_planner.ros.people import People
-from hri_planner.separation.config import BOTH, SEEN, ReleaseConfig
+from hri_planner.separation.config import BOTH, SEEN, BodyConfig, ReleaseConfig
+from hri_planner.separation.parts import parts_of
 from hri_prediction.ros.messages import HumanArm
 from hri_prediction.ros.time import to_time
 
@@ -15,12 +16,12 @@ ARM = np.array([[0.9, 0.2, 0.4], [0.85, 0.2, 0.12], [0.6, 0.2, 0.1], [0.5, 0.2, 
 MS = 1_000_000
 
 
-def arm(stamp_ms: int, side: str = "right") -> HumanArm:
+def arm(stamp_ms: int, side: str = "right", beside: float = 0.0) -> HumanArm:
     return HumanArm(
         header=Header(stamp=to_time(stamp_ms * MS), frame_id="world"),
         body_id="ann",
         side=side,
-        keypoints=ARM.ravel(),
+        keypoints=(ARM + np.array([0.0, beside, 0.0])).ravel(),
         valid=[True] * 4,
     )
 
@@ -47,20 +48,65 @@ def test_who_leaves_the_list_is_reckoned_with_a_while() -> None:
     assert not seen.was
     made.tracked = ()
     made.forget_body("ann")
+    assert made.gone(304 * MS) == []
     (gone,) = made.arms(304 * MS)["ann"]
     assert gone.was
     np.testing.assert_array_equal(gone.keypoints, ARM)
     np.testing.assert_allclose(gone.age_s, 0.204)
     assert np.isnan(gone.speeds).all()  # as fast as is assumed
     assert made.trouble(304 * MS) == ""
+    assert made.gone(605 * MS) == ["ann"]
     assert made.arms(605 * MS) == {}
 
 
-def test_who_comes_back_is_there_twice_until_it_is_sure() -> None:
-    made = people()
-    made.arms(104 * MS)
+def test_who_leaves_has_trunk_and_head_all_the_while() -> None:
+    made = people(BOTH)
+    made.take_arm(arm(100, "left", 0.4), 104 * MS)
+    before = parts_of("ann", made.arms(104 * MS)["ann"], BodyConfig())
+    made.tracked = ()
     made.forget_body("ann")
-    made.take_arm(arm(200), 204 * MS)
-    assert [seen.was for seen in made.arms(204 * MS)["ann"]] == [False, True]
+    after = parts_of("ann", made.arms(304 * MS)["ann"], BodyConfig())
+    assert [part.name for part in after] == [f"{part.name} (as it was)" for part in before]
+    for one, other in zip(before, after, strict=True):
+        np.testing.assert_array_equal(one.ends, other.ends)
+        assert (one.radius, one.arm) == (other.radius, other.arm)
+        assert (other.age_s >= 0.2).all()
+
+
+def test_who_is_not_listed_and_still_seen_is_there() -> None:
+    """The list may be that of a second source, which knows nothing of them."""
+    made = people()
+    made.tracked = ("bob",)
+    made.forget_body("ann")
+    for stamp_ms in range(104, 2000, 4):
+        made.take_arm(arm(stamp_ms), (stamp_ms + 4) * MS)
+        assert made.gone((stamp_ms + 4) * MS) == []
+    assert made.unlisted(2000 * MS) == ["ann"]
+    assert "ann" in made.arms(2000 * MS)
+    assert made.unlisted(2200 * MS) == []
+    assert made.gone(2495 * MS) == []
+    assert made.gone(2501 * MS) == ["ann"]
+
+
+def test_who_comes_back_is_as_before() -> None:
+    made = people()
+    made.gone(104 * MS)
+    made.tracked = ()
+    made.forget_body("ann")
+    made.gone(204 * MS)
+    made.tracked = ("ann",)
+    made.take_arm(arm(208), 212 * MS)
+    assert made.gone(1000 * MS) == []
+    assert [seen.was for seen in made.arms(212 * MS)["ann"]] == [False]
     made.forget()
-    assert made.arms(204 * MS) == {}
+    assert made.arms(212 * MS) == {}
+
+
+def test_who_has_left_is_let_go_though_the_clock_went_back() -> None:
+    made = people()
+    made.gone(104 * MS)
+    made.tracked = ()
+    made.forget_body("ann")
+    made.forget()  # what was said at later times means nothing
+    assert made.gone(10 * MS) == []
+    assert made.gone(511 * MS) == ["ann"]

@@ -27,6 +27,7 @@ def person(
     fastest: float = 2.0,
     outward: np.ndarray = ALONG_X,
     prediction: tuple = NOTHING,
+    spread: float = 0.0,
 ) -> tuple:
     """Arguments of a part whose ends are at the origin."""
     speeds = np.full((2, 3), math.nan) if math.isnan(speed) else np.tile(speed * ALONG_X, (2, 1))
@@ -34,6 +35,7 @@ def person(
         np.zeros((2, 3)),
         np.full(2, age),
         speeds,
+        np.full(2, spread),
         0.024,
         fastest,
         mode,
@@ -91,6 +93,18 @@ def test_a_measured_person_comes_no_farther_than_an_assumed_one(
     # Whoever has that speed in the middle of the window and then accelerates as is reckoned with.
     worst = speed * span + CONFIG.human_acceleration * span * (0.024 + 0.5 * span)
     assert way >= min(worst, 2.0 * span) - 1e-12
+
+
+@given(speed=st.floats(-2.0, 2.0), spread=st.floats(0.0, 500.0))
+def test_a_speed_through_few_samples_says_little(speed: float, spread: float) -> None:
+    """As after a gap: three standard deviations of what noise makes of it are reckoned with."""
+    terms = np.empty(travel.TERMS)
+    way = travel.human_travel(
+        0.1, *person(travel.MEASURED_MODE, 0.0, speed, spread=spread), PAR, terms
+    )
+    error = max(CONFIG.speed_error, 3.0 * CONFIG.sample_noise * spread)
+    worst = (speed + error) * 0.1 + CONFIG.human_acceleration * 0.1 * (0.024 + 0.05)
+    assert way == pytest.approx(min(max(worst, 0.0), 2.0 * 0.1))
 
 
 def test_a_speed_that_is_not_known_is_the_assumed_one() -> None:

@@ -68,8 +68,8 @@ class Robot:
         """Rate that somebody in front allows, who was seen a gap away at a speed."""
         return travel.allowed_scale(
             gap, self.speed, min(self._rates), np.zeros((2, 3)), np.full(2, CAPTURE_STEPS * STEP),
-            np.tile(human * ALONG_X, (2, 1)), 0.0, self._config.arm_speed, MODES[self._config.human],
-            ALONG_X, *NOTHING, self._par, np.empty(travel.TERMS),
+            np.tile(human * ALONG_X, (2, 1)), np.zeros(2), 0.0, self._config.arm_speed,
+            MODES[self._config.human], ALONG_X, *NOTHING, self._par, np.empty(travel.TERMS),
         )  # fmt: skip
 
     def harmless(self) -> float:

@@ -35,7 +35,7 @@ def arm(distance: float, speed: float = 0.0, age: float = 0.01) -> list[SeenArm]
     tip = TOOL + np.array([distance + 0.05 + ROBOT.capsule_radii[2], 0.0, 0.0])
     offsets = np.array([[0.6, 0.0, 0.3], [0.35, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.0, 0.0]])
     speeds = np.tile([-speed, 0.0, 0.0], (4, 1))
-    return [SeenArm("right", tip + offsets, np.full(4, age), speeds, 0.024)]
+    return [SeenArm("right", tip + offsets, np.full(4, age), speeds, np.zeros(4), 0.024)]
 
 
 def monitor(**release: float) -> SeparationMonitor:

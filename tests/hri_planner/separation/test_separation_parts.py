@@ -120,8 +120,26 @@ def test_a_single_shoulder_may_be_at_either_end() -> None:
     assert parts["trunk"].radius == pytest.approx(0.16 + 0.5 * 0.43)
 
 
-def test_where_an_arm_was_has_no_trunk() -> None:
-    arms = watch((96, ARM), (100, ARM), (104, ARM + 0.3)).at(110 * MS)
-    names = [part.name for part in parts_of("p", arms, BodyConfig())]
-    assert names.count("trunk") == 1
+def jumped(*, shoulder: float) -> list:
+    """A left arm that stays, and a right one that jumps, its shoulder by so much."""
+    new = ARM + np.array([0.0, 0.4, 0.0])
+    new[2:] += 0.3
+    new[0] += [shoulder, 0.0, 0.0]
+    old = ARM + np.array([0.0, 0.4, 0.0])
+    arms = watch((100, ARM), (104, ARM), side="left").at(110 * MS)
+    return arms + watch((96, old), (100, old), (104, new)).at(110 * MS)
+
+
+def test_where_a_hand_was_alone_there_is_no_second_trunk() -> None:
+    names = [part.name for part in parts_of("p", jumped(shoulder=0.02), BodyConfig())]
+    assert [name for name in names if name.startswith("trunk")] == ["trunk"]
     assert "right hand (as it was)" in names
+
+
+def test_where_a_shoulder_was_there_may_still_be_a_trunk() -> None:
+    parts = {part.name: part for part in parts_of("p", jumped(shoulder=0.3), BodyConfig())}
+    was = parts["trunk (as it was)"]
+    np.testing.assert_allclose(was.ends[0], ARM[0] + [0.0, 0.4, 0.0])
+    # It may be at either side of that shoulder.
+    assert was.radius == pytest.approx(0.16 + 0.5 * 0.43)
+    assert {"trunk", "head", "head (as it was)"} <= parts.keys()

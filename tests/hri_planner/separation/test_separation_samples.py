@@ -42,9 +42,27 @@ def test_speeds_are_slopes_of_straight_lines(seed: int, steps: list[int], unseen
         seen = [n for n in kept if not np.isnan(samples[n, point, 0])]
         if len(seen) < 3 or newest not in seen:
             assert np.isnan(arm.speeds[point]).all()
+            assert np.isnan(arm.spreads[point])
             continue
-        slope = np.polyfit((stamps[seen] - stamps[newest]) / 1e9, samples[seen, point], 1)[0]
+        times = (stamps[seen] - stamps[newest]) / 1e9
+        slope = np.polyfit(times, samples[seen, point], 1)[0]
+        assert arm.spreads[point] == pytest.approx(1.0 / (np.std(times) * np.sqrt(len(times))))
         assert arm.speeds[point] == pytest.approx(slope, abs=1e-6)
+
+
+@pytest.mark.parametrize("count", [3, 4, 13])
+def test_what_noise_makes_of_a_speed_is_known(count: int) -> None:
+    """Of the first samples after a gap as of a whole window."""
+    rng = np.random.default_rng(0)
+    found, told = [], 0.0
+    for _ in range(400):
+        watch = ArmWatch("right", ReleaseConfig())
+        for n in range(count):
+            watch.add((4 * n + 1) * MS, ARM + rng.normal(0.0, 0.002, (4, 3)))
+        (arm,) = watch.at(4 * count * MS)
+        found.append(arm.speeds[:, 0])
+        told = 0.002 * arm.spreads[0]
+    assert told == pytest.approx(np.std(found), rel=0.1)
 
 
 def test_limbs_of_no_length_are_refused_and_not_taken() -> None:

@@ -68,7 +68,7 @@ class MotionConfig:
         True, "Do not move before a source says who is tracked (an empty list is an answer)"
     )
     heartbeat: bool = parameter(
-        True, "Supply /separation/speed_scale; false where a separation monitor does"
+        True, "Supply /separation/speed_scale, until a separation monitor runs; false: never"
     )
     radius_upper_arm: float = parameter(
         0.05, "Radius of the upper arm", unit="m", low=0.0, high=0.3

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 from rclpy.action import CancelResponse, GoalResponse
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64
 from trajectory_msgs.msg import JointTrajectory
 
 from hri_planner.nodes.motion_config import MotionConfig
@@ -25,6 +24,7 @@ from hri_planner.ros.action import TickedActionServer
 from hri_planner.ros.authority import Authority
 from hri_planner.ros.conversions import joints_from_message, trajectory_message
 from hri_planner.ros.goals import target_of
+from hri_planner.ros.heartbeat import Heartbeat
 from hri_planner.ros.inputs import NOBODY, RobotInputs
 from hri_planner.ros.status import result_message
 from hri_planner.supervision.decision import (
@@ -93,8 +93,7 @@ class MotionNode(HriNode):
         self._trajectory = self.announce(
             JointTrajectory, "joint_trajectory_controller/joint_trajectory", reliable(1)
         )
-        beat = Float64, "separation/speed_scale", reliable(1)  # a monitor sends it alone
-        self._speed_scale = self.announce(*beat) if config.heartbeat else None
+        self._heartbeat = Heartbeat(self, wanted=config.heartbeat)
         self.listen(JointState, "joint_states", self._on_joints, SENSOR)
         self.listen(
             ControllerState, "joint_trajectory_controller/reference", self._on_reference, SENSOR
@@ -164,6 +163,7 @@ class MotionNode(HriNode):
         if supervisor.clock_went_back(now_ns):
             self._heard.forget()
             self._reports.restart(now_ns)
+            self._heartbeat.restart(now_ns)
             self._carry_out(now_ns, supervisor.restart(now_ns))
         other = self._authority.holder(now_ns)
         if other and supervisor.motion is not None and self._authority.is_first:
@@ -175,8 +175,8 @@ class MotionNode(HriNode):
             self._carry_out(now_ns, supervisor.tick(self._see(now_ns)))
         # One heartbeat at a time: that of the node which moves the robot, or holds it.
         mine = not other and (supervisor.active or not self._authority.engaged(now_ns))
-        if self._speed_scale is not None and supervisor.heartbeat_due(now_ns) and mine:
-            self._speed_scale.publish(Float64(data=supervisor.scale))
+        if supervisor.heartbeat_due(now_ns) and mine:
+            self._heartbeat.say(now_ns, supervisor.scale)
         motion = supervisor.motion
         if motion is not None and motion.goal is not None and supervisor.feedback_due(now_ns):
             self._handles[motion.number].publish_feedback(

@@ -17,6 +17,7 @@ from std_msgs.msg import Float64, Header
 from hri_planner.robot.model import load_robot
 from hri_planner.ros.bodies import BodyTopics
 from hri_planner.ros.conversions import joints_from_message, reference_from_message
+from hri_planner.ros.heartbeat import SEPARATION_STATUS, SPEED_SCALE
 from hri_planner.ros.inputs import NOBODY
 from hri_planner.ros.people import People, WatchedArms, WatchedPredictions
 from hri_planner.ros.status import percentile_figures
@@ -44,7 +45,6 @@ WATCHING_NS = 500_000_000
 TRACKED = "humans/bodies/tracked"
 LIMIT_SLACK = 0.1
 """Joint angles that are farther beyond the limits are none [rad]."""
-SPEED_SCALE = "separation/speed_scale"
 
 
 class SeparationMonitorNode(HriNode):
@@ -72,12 +72,13 @@ class SeparationMonitorNode(HriNode):
         self._decide_ms: deque[float] = deque(maxlen=1000)
         warm_separation()
         self._speed_scale = self.announce(Float64, SPEED_SCALE, reliable(1))
-        self._status = self.announce(SeparationStatus, "separation/status", reliable(10))
+        self._status = self.announce(SeparationStatus, SEPARATION_STATUS, reliable(10))
         self.listen(JointState, "joint_states", self._on_joints, SENSOR)
         self.listen(
             ControllerState, "joint_trajectory_controller/reference", self._on_reference, SENSOR
         )
-        self._followers: list[BodyTopics] = [WatchedArms(self, self._people)]
+        self._arms = WatchedArms(self, self._people)
+        self._followers: list[BodyTopics] = [self._arms]
         if self._distance.human == PREDICTED:
             radii = np.array([body.radius_upper_arm, body.radius_forearm, body.radius_hand])
             self._followers.append(WatchedPredictions(self, self._people, radii))
@@ -147,6 +148,7 @@ class SeparationMonitorNode(HriNode):
             self._status_beat.at_once(now_ns)
         self._last_ns = now_ns
         begin = time.perf_counter()
+        self._arms.look(now_ns)
         robot, unknown = self._robot_state(now_ns)
         self._trouble = unknown or self._people.trouble(now_ns) or self._nobody_watches(now_ns)
         verdict = self._monitor.decide(
@@ -211,11 +213,18 @@ class SeparationMonitorNode(HriNode):
             # The robot goes as fast as the last one said: what is stopped here goes on there.
             text = (
                 f"{others} more publish {self._speed_scale.topic}, which overrules this monitor: "
-                "start planner and policy with heartbeat:=false"
+                "end them, or start them with heartbeat:=false"
             )
             return ERROR, text, figures
         if self._trouble:
             return WARN, f"the robot is stopped: {self._trouble}", figures
+        unlisted = self._people.unlisted(self._last_ns)
+        if unlisted:
+            text = (
+                f"still seen, but no longer listed on /{TRACKED}: {', '.join(unlisted)}; they are "
+                "reckoned with: do two sources say who is tracked?"
+            )
+            return WARN, text, figures
         return OK, verdict.reason or verdict.state.name.lower(), figures
 
 

@@ -14,7 +14,7 @@ from hri_planner.policy.partner import Partner
 from hri_planner.ros.bodies import BodyTopics
 from hri_planner.ros.inputs import RobotInputs
 from hri_planner.supervision.freshness import HeardPerson
-from hri_prediction.ros.conversions import sample_from_message
+from hri_prediction.ros.conversions import check_finite, sample_from_message
 from hri_prediction.ros.messages import HumanArm
 from hri_prediction.ros.node import HriNode
 from hri_prediction.ros.qos import SENSOR
@@ -218,3 +218,4 @@ class Arms(BodyTopics):
         """Take a sample."""
         sample = sample_from_message(message)
         self._inputs.take(body_id, sample.stamp_ns, sample.keypoints)
+        check_finite(message)

@@ -55,8 +55,7 @@ class BodyTopics(ABC):
         A body whose name no topic can have stays tracked and unheard, so that the robot stops.
         """
         for body_id in [known for known in self._topics if known not in message.ids]:
-            self._node.ignore(self._topics.pop(body_id))
-            self._tracked.forget_body(body_id)
+            self.leave(body_id)
         for body_id in message.ids:
             if body_id in self._topics:
                 continue
@@ -67,6 +66,15 @@ class BodyTopics(ABC):
                 continue
             self._listen(body_id)
         self._tracked.tracked = tuple(message.ids)
+
+    def leave(self, body_id: str) -> None:
+        """A body that was listened to is no longer listed: nothing of it counts any more."""
+        self.unsubscribe(body_id)
+        self._tracked.forget_body(body_id)
+
+    def unsubscribe(self, body_id: str) -> None:
+        """Listen to a body no longer."""
+        self._node.ignore(self._topics.pop(body_id))
 
     def _listen(self, body_id: str) -> None:
         def heard(message: Any) -> None:

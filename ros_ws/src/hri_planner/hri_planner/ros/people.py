@@ -17,7 +17,7 @@ from hri_planner.separation.parts import SeenArm
 from hri_planner.separation.track import ArmWatch
 from hri_prediction.arm.geometry import KEYPOINTS, SIDES
 from hri_prediction.errors import DataError
-from hri_prediction.ros.conversions import sample_from_message
+from hri_prediction.ros.conversions import check_finite, sample_from_message
 from hri_prediction.ros.messages import HumanArm, HumanPrediction
 from hri_prediction.ros.node import HriNode
 from hri_prediction.ros.qos import SENSOR, reliable
@@ -41,7 +41,7 @@ class People:
     tracked: tuple[str, ...] | None = None
     _watches: dict[str, dict[str, ArmWatch]] = field(default_factory=dict)
     _predictions: dict[str, HumanPrediction] = field(default_factory=dict)
-    _left: list[tuple[int, str, list[ArmWatch]]] = field(default_factory=list)
+    _left: dict[str, int] = field(default_factory=dict)
     _now_ns: int = 0
 
     def take_arm(self, message: HumanArm, now_ns: int) -> None:
@@ -82,16 +82,50 @@ class People:
             self._predictions[message.body_id] = message
 
     def forget_body(self, body_id: str) -> None:
-        """A body is no longer listed; where it was is reckoned with a while longer."""
-        until_ns = self._now_ns + round(self.config.leaving_time * NANO)
-        watches = list(self._watches.pop(body_id, {}).values())
-        self._left.append((until_ns, body_id, watches))
+        """A body is no longer listed; it is reckoned with until it has not been seen for a while."""
+        self._left.setdefault(body_id, self._now_ns)
         self._predictions.pop(body_id, None)
+
+    def gone(self, now_ns: int) -> list[str]:
+        """Bodies that are not listed, and have not been seen for so long that they count as gone.
+
+        They are forgotten. Who is not on the list, and is still seen, is there: the list may be that of
+        another source, which knows nothing of them.
+        """
+        self._now_ns = now_ns
+        listed = self.tracked or ()
+        self._left = {
+            body_id: min(left_ns, now_ns)  # the clock may have gone back
+            for body_id, left_ns in self._left.items()
+            if body_id not in listed
+        }
+        leaving_ns = round(self.config.leaving_time * NANO)
+        found = [
+            body_id
+            for body_id, left_ns in self._left.items()
+            if now_ns > max(left_ns, self._newest_ns(body_id)) + leaving_ns
+        ]
+        for body_id in found:
+            del self._left[body_id]
+            self._watches.pop(body_id, None)
+        return found
+
+    def unlisted(self, now_ns: int) -> list[str]:
+        """Bodies that are not listed and still seen."""
+        oldest_ns = now_ns - round(self.config.max_sample_age * NANO)
+        return [
+            body_id
+            for body_id, left_ns in self._left.items()
+            if self._newest_ns(body_id) > max(oldest_ns, left_ns)
+        ]
+
+    def _newest_ns(self, body_id: str) -> int:
+        arms = self._watches.get(body_id, {}).values()
+        return max((watch.newest_ns or 0 for watch in arms), default=0)
 
     def forget(self) -> None:
         """Drop all that was seen, because its stamps mean nothing any more."""
         self._watches.clear()
-        self._left.clear()
         self._predictions.clear()
 
     @property
@@ -122,16 +156,13 @@ class People:
     def arms(self, now_ns: int) -> dict[str, list[SeenArm]]:
         """The arms of everybody who is tracked, or was until a while ago, by body id."""
         self._now_ns = now_ns
-        found = {
-            body_id: [arm for watch in self._watches[body_id].values() for arm in watch.at(now_ns)]
-            for body_id in self.tracked or ()
-            if body_id in self._watches
-        }
-        self._left = [left for left in self._left if left[0] >= now_ns]
-        for _, body_id, watches in self._left:
-            gone = [arm.doubted() for watch in watches for arm in watch.at(now_ns)]
-            if gone:
-                found.setdefault(body_id, []).extend(gone)
+        found = {}
+        for body_id, watches in self._watches.items():
+            arms = [arm for watch in watches.values() for arm in watch.at(now_ns)]
+            if body_id in (self.tracked or ()):
+                found[body_id] = arms
+            elif arms:
+                found[body_id] = [arm.doubted() for arm in arms]
         return found
 
     def predictions(self, now_ns: int) -> Mapping[tuple[str, str], ArmPrediction]:
@@ -168,6 +199,17 @@ class WatchedArms(BodyTopics):
     def take_one(self, body_id: str, message: HumanArm) -> None:
         """Take a sample."""
         self._people.take_arm(message, self._node.now_ns())
+        check_finite(message)
+
+    def leave(self, body_id: str) -> None:
+        """Nobody lists the body any more; it is listened to until it is gone."""
+        self._people.forget_body(body_id)
+
+    def look(self, now_ns: int) -> None:
+        """Listen no longer to who is gone."""
+        for body_id in self._people.gone(now_ns):
+            if body_id in self._topics:
+                self.unsubscribe(body_id)
 
 
 class WatchedPredictions(BodyTopics):

@@ -46,6 +46,7 @@ from hri_planner.separation.travel import (
     HUMAN_ACCELERATION,
     HUMAN_SPEED,
     MEASURED_MODE,
+    NOISE,
     PARAMETERS,
     PREDICTED_MODE,
     REACTION,
@@ -73,6 +74,10 @@ class State(IntEnum):
     FREE = 0
     SLOWED = 1
     STOPPED = 2
+
+
+NOISE_SIGMAS = 3.0
+"""Standard deviations of noise that are reckoned with in a measured speed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -328,6 +333,7 @@ class SeparationMonitor:
             arrays.radii[index] = part.radius
             arrays.ages[index] = part.age_s
             arrays.speeds[index] = part.speeds
+            arrays.spreads[index] = part.spreads
             arrays.half_windows[index] = part.half_window_s
             arrays.fastest[index] = config.arm_speed if part.arm else config.body_speed
         if used:
@@ -354,6 +360,7 @@ def parameter_vector(config: ProtectiveDistanceConfig) -> FloatArray:
     par[FIXED] = config.intrusion + config.sensor_error + config.robot_error
     par[HUMAN_ACCELERATION] = config.human_acceleration
     par[SPEED_ERROR] = config.speed_error
+    par[NOISE] = NOISE_SIGMAS * config.sample_noise
     par[EVASION] = float(config.evasion)
     par[CONTACT_SPEED] = config.contact_speed
     par[SIGMAS] = config.prediction_sigmas

@@ -38,6 +38,7 @@ class PartArrays(NamedTuple):
     radii: FloatArray
     ages: FloatArray
     speeds: FloatArray
+    spreads: FloatArray
     half_windows: FloatArray
     fastest: FloatArray
     modes: NDArray[np.int64]
@@ -54,6 +55,7 @@ class PartArrays(NamedTuple):
             np.empty(m),
             np.empty((m, 2)),
             np.empty((m, 2, 3)),
+            np.empty((m, 2)),
             np.empty(m),
             np.empty(m),
             np.zeros(m, dtype=np.int64),
@@ -98,6 +100,7 @@ def least_allowed(
     radii: Any,
     ages: Any,
     speeds: Any,
+    spreads: Any,
     half_windows: Any,
     fastest: Any,
     modes: Any,
@@ -121,6 +124,7 @@ def least_allowed(
         radii: Of these (m,) [m].
         ages: Of the ends' samples (m, 2) [s].
         speeds: Of the ends (m, 2, 3) [m/s].
+        spreads: Standard deviations of these per metre of noise in the samples (m, 2) [1/s].
         half_windows: How much older than places velocities are (m,) [s].
         fastest: Assumed speeds (m,) [m/s].
         modes: What is reckoned with for each part (m,).
@@ -165,23 +169,23 @@ def least_allowed(
             protective = (
                 robot_travel(toward, slowest, rate, par, row)
                 + human_travel(
-                    seconds, ends[part], ages[part], speeds[part], half_windows[part], fastest[part],
-                    modes[part], outward, times[part], means[part], covariances[part], aheads[part],
-                    par, row,
+                    seconds, ends[part], ages[part], speeds[part], spreads[part], half_windows[part],
+                    fastest[part], modes[part], outward, times[part], means[part], covariances[part],
+                    aheads[part], par, row,
                 )
                 + par[FIXED]
             )  # fmt: skip
             allowed = allowed_scale(
-                distance, toward, slowest, ends[part], ages[part], speeds[part], half_windows[part],
-                fastest[part], modes[part], outward, times[part], means[part], covariances[part],
-                aheads[part], par, out,
+                distance, toward, slowest, ends[part], ages[part], speeds[part], spreads[part],
+                half_windows[part], fastest[part], modes[part], outward, times[part], means[part],
+                covariances[part], aheads[part], par, out,
             )  # fmt: skip
             up = allowed
             if margin > 0.0:
                 up = allowed_scale(
                     distance - margin, toward, slowest, ends[part], ages[part], speeds[part],
-                    half_windows[part], fastest[part], modes[part], outward, times[part], means[part],
-                    covariances[part], aheads[part], par, out,
+                    spreads[part], half_windows[part], fastest[part], modes[part], outward, times[part],
+                    means[part], covariances[part], aheads[part], par, out,
                 )  # fmt: skip
             raised = min(raised, up)
             known = known and not math.isnan(distance - protective) and not math.isnan(toward)

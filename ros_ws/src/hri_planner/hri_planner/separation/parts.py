@@ -14,8 +14,11 @@ from hri_prediction.arm.geometry import SIDES
 
 FloatArray = NDArray[np.float64]
 
+WAS = " (as it was)"
 LIMBS = ("upper_arm", "forearm", "hand")
 SHOULDER = 0
+SAME_M = 0.1
+"""A shoulder that is no farther from where it was has not jumped [m]."""
 _UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -28,6 +31,7 @@ class SeenArm:
         keypoints: Shoulder, elbow, wrist, hand tip (4, 3) [m], each where it was seen last.
         age_s: How long ago that was (4,) [s].
         speeds: Measured velocities (4, 3) [m/s]; NaN where too little was seen to tell.
+        spreads: Standard deviations of these (4,) per metre of noise in the samples [1/s].
         half_window_s: How much older than the places the velocities are [s].
         was: Whether the arm is no longer there as far as is seen, and only doubted to have gone.
     """
@@ -36,6 +40,7 @@ class SeenArm:
     keypoints: FloatArray
     age_s: FloatArray
     speeds: FloatArray
+    spreads: FloatArray
     half_window_s: float
     was: bool = False
 
@@ -55,6 +60,7 @@ class Part:
         radius: [m].
         age_s: Of the samples behind the ends (2,) [s].
         speeds: Of the ends (2, 3) [m/s].
+        spreads: Of these (2,) [1/s], see :class:`SeenArm`.
         half_window_s: See :class:`SeenArm`.
         arm: Whether it is of an arm, and as fast as one.
         side: Of an arm that is seen where it is; empty: nothing is predicted for the part.
@@ -67,6 +73,7 @@ class Part:
     radius: float
     age_s: FloatArray
     speeds: FloatArray
+    spreads: FloatArray
     half_window_s: float
     arm: bool
     side: str = ""
@@ -83,11 +90,12 @@ def parts_of(body_id: str, arms: Sequence[SeenArm], config: BodyConfig) -> list[
             parts.append(
                 Part(
                     body_id,
-                    f"{arm.side} {name}" + (" (as it was)" if arm.was else ""),
+                    f"{arm.side} {name}" + (WAS if arm.was else ""),
                     arm.keypoints[ends],
                     radii[limb],
                     arm.age_s[ends],
                     arm.speeds[ends],
+                    arm.spreads[ends],
                     arm.half_window_s,
                     arm=True,
                     side="" if arm.was else arm.side,
@@ -95,51 +103,68 @@ def parts_of(body_id: str, arms: Sequence[SeenArm], config: BodyConfig) -> list[
                 )
             )
     if config.trunk:
-        parts += _trunk(body_id, {arm.side: arm for arm in arms if not arm.was}, config)
+        seen = {arm.side: arm for arm in arms if not arm.was}
+        parts += _trunk(body_id, seen, config)
+        for group in _shoulders_that_were(arms, seen):
+            parts += _trunk(body_id, group, config, was=True)
     return parts
 
 
-def _trunk(body_id: str, arms: Mapping[str, SeenArm], config: BodyConfig) -> list[Part]:
+def _shoulders_that_were(
+    arms: Sequence[SeenArm], seen: Mapping[str, SeenArm]
+) -> list[dict[str, SeenArm]]:
+    """Arms that a trunk hangs from where nobody is seen any longer: one or both of a trunk.
+
+    Of an arm whose shoulder is where it was, only the rest has jumped: its trunk is there already.
+    """
+    gone = [
+        arm
+        for arm in arms
+        if arm.was
+        and not (
+            arm.side in seen
+            and math.dist(arm.keypoints[SHOULDER], seen[arm.side].keypoints[SHOULDER]) < SAME_M
+        )
+    ]
+    together = {arm.side: arm for arm in gone}
+    if not seen and len(together) == len(gone):
+        return [together] if gone else []
+    return [{arm.side: arm} for arm in gone]
+
+
+def _trunk(
+    body_id: str, arms: Mapping[str, SeenArm], config: BodyConfig, *, was: bool = False
+) -> list[Part]:
     """Trunk and head below and above the shoulders; a shoulder seen alone may be either one's end."""
+    added = WAS if was else ""
     found = [arms[side] for side in SIDES if side in arms]
     if not found:
         return []
     first, last = found[0].keypoints[SHOULDER], found[-1].keypoints[SHOULDER]
     ages = np.full(2, max(arm.age_s[SHOULDER] for arm in found))
-    # Nobody measures head and hips: they may be as fast as is assumed.
-    speeds, window = np.full((2, 3), np.nan), 0.0
     half = 0.5 * config.shoulder_breadth
     if len(found) == 1:
         middle, wider = first, half
     else:
         middle, wider = 0.5 * (first + last), 0.0
-    hips = middle - config.trunk_length * _UP
-    head = middle + config.head_height * _UP
-    radius = config.trunk_radius + wider
-    trunk = Part(
-        body_id, "trunk", np.array((middle, hips)), radius, ages, speeds, window, arm=False
-    )
+    down, up = config.trunk_length * _UP, config.head_height * _UP
+
+    def part(name: str, top: FloatArray, to: FloatArray, radius: float) -> Part:
+        # Nobody measures head and hips: they may be as fast as is assumed.
+        unknown = np.full((2, 3), np.nan)
+        ends = np.array((top, top + to))
+        return Part(
+            body_id, name + added, ends, radius, ages, unknown, unknown[:, 0], 0.0, arm=False
+        )
+
     parts = [
-        trunk,
-        Part(
-            body_id,
-            "head",
-            np.array((middle, head)),
-            config.head_radius + wider,
-            ages,
-            speeds,
-            window,
-            arm=False,
-        ),
+        part("trunk", middle, -down, config.trunk_radius + wider),
+        part("head", middle, up, config.head_radius + wider),
     ]
     if len(found) == 2:
         # The trunk is broader than deep: two more axes stand below the ends of the chest.
         across = 0.5 * (last - first)
         inner = max(1.0 - config.trunk_radius / max(math.hypot(*across), 1e-6), 0.0)
         for name, sign in (("left side", -1.0), ("right side", 1.0)):
-            top = middle + sign * inner * across
-            ends = np.array((top, top - config.trunk_length * _UP))
-            parts.append(
-                Part(body_id, name, ends, config.trunk_radius, ages, speeds, window, arm=False)
-            )
+            parts.append(part(name, middle + sign * inner * across, -down, config.trunk_radius))
     return parts

@@ -98,14 +98,18 @@ def store(
 
 
 @njit
-def velocities(ring_ns: Any, ring: Any, span: Any, out: Any) -> float:
+def velocities(ring_ns: Any, ring: Any, span: Any, out: Any, spreads: Any) -> float:
     """Slopes of straight lines through the samples; returns half of how long these take [s].
+
+    Noise of a standard deviation s in the samples becomes one of s/√Σ(t - t̄)² in a slope: of a few
+    samples, as after a gap, many times that of a whole window.
 
     Args:
         ring_ns: Times of the samples (RING,) [ns].
         ring: The samples (RING, 4, 3) [m].
         span: Index of the oldest sample, and how many there are (2,).
         out: Result (4, 3) [m/s]; NaN for what is not in the newest sample, or was seen too seldom.
+        spreads: Result (4,): standard deviation of each slope per metre of noise [1/s]; NaN likewise.
     """
     first, count = span
     newest = (first + count - 1) % RING
@@ -117,7 +121,7 @@ def velocities(ring_ns: Any, ring: Any, span: Any, out: Any) -> float:
                 seen += 1
                 mean += (ring_ns[at] - ring_ns[newest]) / NANO
         if seen < LEAST or math.isnan(ring[newest, point, 0]):
-            out[point] = np.nan
+            out[point] = spreads[point] = np.nan
             continue
         mean /= seen
         squares = 0.0
@@ -129,6 +133,8 @@ def velocities(ring_ns: Any, ring: Any, span: Any, out: Any) -> float:
                 squares += off * off
                 for k in range(3):
                     out[point, k] += off * ring[at, point, k]
+        squares = max(squares, 1e-12)
+        spreads[point] = 1.0 / math.sqrt(squares)
         for k in range(3):
-            out[point, k] /= max(squares, 1e-12)
+            out[point, k] /= squares
     return 0.5 * (ring_ns[newest] - ring_ns[first]) / NANO

@@ -129,9 +129,9 @@ class ArmWatch:
         """The arm, and where it was before it jumped, if that is doubted; none before all was seen."""
         if self.missing:
             return []
-        speeds, half = self._speeds()
+        speeds, spreads, half = self._speeds()
         age = np.maximum((now_ns - self._seen_ns) / NANO, 0.0)
-        arms = [SeenArm(self.side, self._places.copy(), age, speeds, half)]
+        arms = [SeenArm(self.side, self._places.copy(), age, speeds, spreads, half)]
         while self._doubted and self._doubted[0].until_ns < now_ns:
             self._doubted.popleft()
         for doubted in self._doubted:
@@ -139,13 +139,17 @@ class ArmWatch:
             arms.append(replace(arms[0], keypoints=doubted.keypoints, age_s=age).doubted())
         return arms
 
-    def _speeds(self) -> tuple[FloatArray, float]:
-        """Velocities (4, 3) [m/s] through the newest samples, and half of how long these take [s].
+    def _speeds(self) -> tuple[FloatArray, FloatArray, float]:
+        """Velocities through the newest samples, their spreads, and half of how long these take.
 
         A keypoint that was seen less than three times in that while has none: NaN, so that the assumed
         speed counts.
+
+        Returns:
+            (4, 3) [m/s], (4,) [1/s] and [s], see :func:`velocities`.
         """
         if not self.measures:
-            return _UNKNOWN, 0.0
-        speeds = np.empty((4, 3))
-        return speeds, velocities(self._ring_ns, self._ring, self._span, speeds)
+            return _UNKNOWN, _UNKNOWN[:, 0], 0.0
+        speeds, spreads = np.empty((4, 3)), np.empty(4)
+        half = velocities(self._ring_ns, self._ring, self._span, speeds, spreads)
+        return speeds, spreads, half

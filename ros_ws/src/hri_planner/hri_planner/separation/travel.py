@@ -25,9 +25,9 @@ TERMS = 5
 # Places in the vector of parameters.
 (
     REACTION, STOPPING, SETTLING, ROBOT_ACCELERATION, START_SPEED, FIXED, HUMAN_ACCELERATION,
-    SPEED_ERROR, SIGMAS, EVASION, CONTACT_SPEED,
-) = range(11)  # fmt: skip
-PARAMETERS = 11
+    SPEED_ERROR, NOISE, SIGMAS, EVASION, CONTACT_SPEED,
+) = range(12)  # fmt: skip
+PARAMETERS = 12
 
 SLOWEST_SEEN = 0.1
 """At a lower rate the robot's speed says too little of what it would be at full rate."""
@@ -64,6 +64,7 @@ def human_travel(
     ends: Any,
     ages: Any,
     speeds: Any,
+    spreads: Any,
     half_window: float,
     fastest: float,
     mode: int,
@@ -82,6 +83,7 @@ def human_travel(
         ends: Of the part, as seen last (2, 3) [m].
         ages: How long ago that was (2,) [s].
         speeds: Their velocities as measured (2, 3) [m/s]; NaN where they are not known.
+        spreads: Standard deviations of these per metre of noise in the samples (2,) [1/s].
         half_window: How much older than the places the velocities are [s].
         fastest: Speed that is assumed [m/s].
         mode: ASSUMED_MODE and so on.
@@ -97,7 +99,7 @@ def human_travel(
     for end in range(2):
         span = seconds + ages[end]
         way = fastest * span
-        directed = par[SPEED_ERROR]
+        directed = max(par[SPEED_ERROR], par[NOISE] * spreads[end])
         for k in range(3):
             directed += speeds[end, k] * outward[k]
         if mode == MEASURED_MODE:
@@ -147,6 +149,7 @@ def allowed_scale(
     ends: Any,
     ages: Any,
     speeds: Any,
+    spreads: Any,
     half_window: float,
     fastest: float,
     mode: int,
@@ -177,8 +180,8 @@ def allowed_scale(
         needed = (
             robot_travel(toward, rate, scale, par, terms)
             + human_travel(
-                seconds, ends, ages, speeds, half_window, fastest, mode, outward, times, mean, covariance,
-                ahead, par, terms,
+                seconds, ends, ages, speeds, spreads, half_window, fastest, mode, outward, times, mean,
+                covariance, ahead, par, terms,
             )
             + par[FIXED]
         )  # fmt: skip

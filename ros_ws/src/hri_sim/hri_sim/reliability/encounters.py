@@ -43,6 +43,7 @@ class Case:
     bar: bool
 
 
+_NOISE_M = Settings().capture.noise
 _ARMS_ALONE = Settings(
     distance=ProtectiveDistanceConfig(intrusion=0.35), body=BodyConfig(trunk=False)
 )
@@ -58,7 +59,7 @@ CASES = (
     Case(
         MEASURED,
         "arms as fast as seen, with 7 m/s² on top (those who chase turn at once: more than that)",
-        Settings(distance=ProtectiveDistanceConfig(human=MEASURED)),
+        Settings(distance=ProtectiveDistanceConfig(human=MEASURED, sample_noise=_NOISE_M)),
         0.1,
         False,
     ),
@@ -66,7 +67,7 @@ CASES = (
         PREDICTED,
         "arms where the predictor expects them, three standard deviations farther, and at least as fast "
         "as seen; it has learnt nobody's tasks",
-        Settings(distance=ProtectiveDistanceConfig(human=PREDICTED)),
+        Settings(distance=ProtectiveDistanceConfig(human=PREDICTED, sample_noise=_NOISE_M)),
         0.1,
         False,
     ),
@@ -74,7 +75,9 @@ CASES = (
         "evading",
         "measured, and motion away from people is let go on, as in launched runs",
         Settings(
-            distance=ProtectiveDistanceConfig(human=MEASURED, evasion=True, contact_speed=0.15)
+            distance=ProtectiveDistanceConfig(
+                human=MEASURED, sample_noise=_NOISE_M, evasion=True, contact_speed=0.15
+            )
         ),
         0.1,
         False,

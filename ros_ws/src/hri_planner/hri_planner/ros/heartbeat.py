@@ -1,0 +1,54 @@
+"""How fast the robot may be, said again and again by whoever moves it, until a separation monitor runs."""
+
+from __future__ import annotations
+
+from std_msgs.msg import Float64
+
+from hri_planner.supervision.beat import Beat
+from hri_prediction.ros.node import HriNode
+from hri_prediction.ros.qos import reliable
+
+SPEED_SCALE = "separation/speed_scale"
+SEPARATION_STATUS = "separation/status"
+"""Topic of a separation monitor: whoever publishes it is one."""
+LOOKING_NS = 100_000_000
+"""So often it is looked for a monitor [ns]."""
+
+
+class Heartbeat:
+    """The speed scale of a node that moves the robot.
+
+    The robot goes as fast as the last one said, and as long as anybody does: beside a monitor, this would
+    overrule it, and keep the robot going when the monitor dies. As soon as there is one it says nothing
+    any more, for good: a monitor that has ended stops the robot.
+
+    Args:
+        node: Publishes.
+        wanted: Whether to say anything at all.
+    """
+
+    def __init__(self, node: HriNode, *, wanted: bool) -> None:
+        self._node = node
+        self._publisher = node.announce(Float64, SPEED_SCALE, reliable(1)) if wanted else None
+        self._look = Beat(LOOKING_NS)
+
+    def say(self, now_ns: int, scale: float) -> None:
+        """Say that the robot may go on, unless that is a monitor's business."""
+        if self._publisher is None:
+            return
+        if self._look.due(now_ns) and self._monitored():
+            self._node.withdraw(self._publisher)
+            self._publisher = None
+            self._node.get_logger().warning(
+                f"a separation monitor runs: it alone publishes /{SPEED_SCALE} from now on; when it ends "
+                "the robot stops, until this node is started again without it"
+            )
+            return
+        self._publisher.publish(Float64(data=scale))
+
+    def restart(self, now_ns: int) -> None:
+        """The clock went back."""
+        self._look.at_once(now_ns)
+
+    def _monitored(self) -> bool:
+        return self._node.count_publishers(self._node.resolve_topic_name(SEPARATION_STATUS)) > 0
