@@ -13,6 +13,8 @@ from hri_sim.reliability.fault import Fault, Place, Result, Stays
 NAMES = (
     "kill_ptomp",
     "kill_recorder",
+    "kill_separation_monitor",
+    "freeze_separation_monitor",
     "kill_observer",
     "freeze_adaptation",
     "freeze_predictor",

@@ -7,8 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hri_sim.faults.capture import CAPTURE
 from hri_sim.faults.catalogue import FAULTS
 from hri_sim.faults.damaged import TOGETHER, same
+from hri_sim.faults.disturbances import DISTURBANCES
 from hri_sim.reliability.fault import PROCESSES, Fault, Place, Result
 
 QUICK = [fault for fault in FAULTS if fault.kind != PROCESSES]
@@ -22,8 +24,28 @@ def keep(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.parametrize("fault", QUICK, ids=lambda fault: fault.name)
 def test_a_line(fault: Fault, tmp_path: Path, keep: Path) -> None:
-    # All of the same scene: a library is made once.
-    result = Result(fault, tuple(fault.measure([0], Place(tmp_path, keep, smoke=True))))
+    check(fault, 0, tmp_path, keep)
+
+
+@pytest.mark.parametrize(
+    ("fault", "seed"),
+    [
+        (fault, seed)
+        for fault in (*CAPTURE, *DISTURBANCES)
+        # A clock that jumps meets a policy in the second repetition, a monitor in the third.
+        for seed in ((1, 2) if fault.name.startswith("clock_") else (1,))
+        if not fault.name.startswith(("death_", "overload"))
+    ],
+    ids=lambda value: getattr(value, "name", value),
+)
+def test_a_line_with_a_separation_monitor(
+    fault: Fault, seed: int, tmp_path: Path, keep: Path
+) -> None:
+    check(fault, seed, tmp_path, keep)
+
+
+def check(fault: Fault, seed: int, tmp_path: Path, keep: Path) -> None:
+    result = Result(fault, tuple(fault.measure([seed], Place(tmp_path, keep, smoke=True))))
     (trial,) = result.trials
     assert set(trial.figures) <= {figure.key for figure in fault.figures}
     assert result.met, trial

@@ -3,6 +3,7 @@ from __future__ import annotations
 import errno
 import os
 import resource
+import shutil
 import time
 from pathlib import Path
 
@@ -198,6 +199,28 @@ def test_a_disk_that_fails_is_not_forgotten(
     with pytest.raises(DataError, match=r"Input/output error"):
         core.close()
     assert inspect_bag(tmp_path / "run").messages == core.state.written
+
+
+def test_a_disk_that_comes_back_is_written_to_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def gone(path: Path) -> None:
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
+
+    core = RecorderCore(tmp_path / "run", RecorderConfig(flush_period=0.05, on_error="stay"))
+    topic = core.add_topic(INFO)
+    with monkeypatch.context() as patch:
+        patch.setattr(shutil, "disk_usage", gone)
+        push(core, topic, 10)
+        end = time.monotonic() + 5.0
+        while not core.state.error and time.monotonic() < end:
+            time.sleep(0.001)
+        assert "does not answer: No such file" in core.state.error
+        time.sleep(0.2)  # it is tried again, and goes wrong again
+    push(core, topic, 10)
+    assert wait_for(core, 20)
+    core.close()
+    assert inspect_bag(tmp_path / "run").messages == 20
 
 
 def test_the_queue_tells_how_full_it_is(tmp_path: Path) -> None:

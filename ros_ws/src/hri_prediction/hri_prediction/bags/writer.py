@@ -98,7 +98,13 @@ class BagWriter:
     def _check_space(self) -> None:
         if not self._min_free:
             return
-        free = shutil.disk_usage(self.folder).free
+        try:
+            free = shutil.disk_usage(self.folder).free
+        except OSError as error:
+            raise DataError(
+                f"the disk of {self.folder} does not answer: {error.strerror or error}",
+                hint="is it still there?",
+            ) from error
         if free < self._min_free:
             raise DataError(
                 f"the disk of {self.folder} has {free / 1e6:.0f} MB left",

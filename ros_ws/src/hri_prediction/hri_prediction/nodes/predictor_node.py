@@ -19,7 +19,11 @@ from hri_prediction.prediction.library import TaskLibrary
 from hri_prediction.prediction.live_scores import LiveFigures
 from hri_prediction.prediction.output import Prediction, ReachState
 from hri_prediction.prediction.predictor import ReachPredictor
-from hri_prediction.ros.conversions import message_from_prediction, sample_from_message
+from hri_prediction.ros.conversions import (
+    check_finite,
+    message_from_prediction,
+    sample_from_message,
+)
 from hri_prediction.ros.markers import arm_markers, prediction_markers
 from hri_prediction.ros.messages import HumanArm, HumanPrediction, IdsList, LoadModel
 from hri_prediction.ros.node import ERROR, OK, WARN, CountedPublisher, HriNode, run_node
@@ -135,6 +139,10 @@ class PredictorNode(HriNode):
         except DataError as error:
             self.fault("arm", str(error))
             return
+        try:
+            check_finite(message)
+        except DataError as error:
+            self.fault("keypoints", str(error))
         begin = time.perf_counter()
         arm.predictor.observe(sample)
         arm.observed_ms = 1e3 * (time.perf_counter() - begin)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from std_msgs.msg import Header
 
+from hri_prediction.arm.geometry import KEYPOINTS
 from hri_prediction.errors import DataError
 from hri_prediction.prediction.output import Prediction
 from hri_prediction.ros.messages import HumanArm, HumanPrediction
@@ -42,6 +43,27 @@ def sample_from_message(message: HumanArm, frame: str = WORLD) -> ArmSample:
     return ArmSample(
         stamp_ns=to_ns(message.header.stamp), keypoints=keypoints, valid=valid, side=message.side
     )
+
+
+def check_finite(message: HumanArm) -> None:
+    """Name a source that calls a keypoint valid and gives no number for it; it counts as not seen.
+
+    Raises:
+        DataError: when there is one.
+    """
+    keypoints = np.array(message.keypoints, dtype=float).reshape(4, 3)
+    wrong = np.array(message.valid, dtype=bool) & ~np.isfinite(keypoints).all(axis=1)
+    if wrong.any():
+        names = " and ".join(
+            name.replace("_", " ")
+            for name, is_wrong in zip(KEYPOINTS, wrong, strict=True)
+            if is_wrong
+        )
+        raise DataError(
+            f"the {message.side} {names} of {message.body_id} is said to be valid, and is not finite",
+            expected="numbers, or valid = false for what is not seen",
+            hint="it counts as not seen; mend the source",
+        )
 
 
 def message_from_sample(sample: ArmSample, body_id: str, frame: str = WORLD) -> HumanArm:

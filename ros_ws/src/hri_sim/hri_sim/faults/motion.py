@@ -132,13 +132,21 @@ class Motion:
         return reach(self.graph, self.scenario, index, f"/{self.mover}/reach_target")
 
     def under_way(self, latest_s: float = 0.8) -> ReachHandle:
-        """Start, and go on to a random time of the motion."""
+        """Start, and go on to a random time of the motion; another one where the robot rests by then.
+
+        Raises:
+            GraphError: when it rests each time.
+        """
         self.graph.run(0.6)
-        handle = self.start()
-        self.graph.run_until(lambda: self.fastest() > 0.05, 10.0)
-        until_s = self.graph.now_s + self.rng.uniform(0.0, latest_s)
-        self.graph.run_until(lambda: self.graph.now_s >= until_s or self.fastest() < REST, 10.0)
-        return handle
+        for attempt in range(6):
+            handle = self.start(attempt % 2)
+            self.graph.run_until(lambda: self.fastest() > 0.05, 10.0)
+            self.graph.run(self.rng.uniform(0.0, latest_s))
+            if self.fastest() > REST:
+                return handle
+            self.finish(handle)
+            self.graph.run(0.5)
+        raise GraphError("the robot rests whenever the fault is to begin")
 
     def mark(self) -> None:
         """Here the fault begins."""
@@ -185,6 +193,7 @@ class Motion:
     def named(self, *words: str) -> tuple[float | None, str]:
         """When one of these words was first said [ms], and what: in a reason, or on /diagnostics."""
         found: list[tuple[float, str]] = []
+        counted: dict[tuple[str, str], int] = {}
         for topic, message_type in self.graph.lockstep.log.types.items():
             if not hasattr(message_type, "reason"):
                 continue
@@ -195,8 +204,13 @@ class Motion:
         for stamp_ns, status in self.said:
             told = [status.message] if status.level != DiagnosticStatus.OK else []
             told += [v.value for v in status.values if v.key.startswith("fault ")]
-            # What is only counted is told as well: "late or repeated sample: 3".
-            told += [f"{v.key}: {v.value}" for v in status.values if v.value.strip("0").isdigit()]
+            # What is only counted is told as well, "late or repeated sample: 3", when it becomes more.
+            for value in status.values:
+                if value.value.isdigit():
+                    key, count = (status.hardware_id, value.key), int(value.value)
+                    if count > counted.get(key, 0) and stamp_ns * 1e-9 >= self.begin_s:
+                        told.append(f"{value.key}: {count}")
+                    counted[key] = count
             text = next((t for t in told if any(word in t for word in words)), "")
             if text and stamp_ns * 1e-9 >= self.begin_s:
                 found.append((stamp_ns * 1e-9, f"/diagnostics of {status.hardware_id}: {text}"))

@@ -53,9 +53,20 @@ TABLE = (
         words=r"new plan that the motion needs|the replan is .* late",
     ),
     Advice(
-        "Two nodes command the robot's speed: with a separation monitor start planner and policy with "
-        "heartbeat:=false.",
+        "Two nodes command the robot's speed: end the other one, or start it with heartbeat:=false. A "
+        "planner or policy of this project lets go by itself when it sees a monitor.",
         words=r"overrules this monitor",
+    ),
+    # ---------------------------------------------------------------- motion capture
+    Advice(
+        "The source of the arm sends NaN or infinity as if it saw the point: let it say valid = false for "
+        "what it does not see.",
+        words=r"said to be valid, and is not finite",
+    ),
+    Advice(
+        "Two sources say who is tracked, and only the last list counts: end one of them, or let one node "
+        "list all.",
+        words=r"still seen, but no longer listed",
     ),
     # ---------------------------------------------------------------- clocks
     Advice(

@@ -285,5 +285,7 @@ class RecorderCore:
             self._writer.flush()
         except DataError as error:
             self._error = str(error)
+        except Exception as error:  # as when it is written: the next try may go well
+            self._error = f"{type(error).__name__}: {error}"
         else:
             self._error = ""
