@@ -259,3 +259,13 @@ def test_trunk_and_head_are_slower_than_arms() -> None:
     verdict = decide(made, 0, seen)
     assert verdict.human_part in ("trunk", "head")
     assert verdict.human_speed == pytest.approx(1.6)
+
+
+def test_samples_may_be_older_than_their_stamps_say() -> None:
+    config = ProtectiveDistanceConfig(stamp_error=0.0)
+    exact = SeparationMonitor(ROBOT, config, BodyConfig(), ReleaseConfig())
+    with_error = SeparationMonitor(
+        ROBOT, replace(config, stamp_error=0.02), BodyConfig(), ReleaseConfig()
+    )
+    ways = [one.decide(MS, STILL, {"ann": arm(0.5)}).human for one in (exact, with_error)]
+    assert ways[1] - ways[0] == pytest.approx(0.02 * config.arm_speed)

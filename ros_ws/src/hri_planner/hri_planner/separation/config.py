@@ -79,6 +79,14 @@ class ProtectiveDistanceConfig:
         low=0.0,
         high=10.0,
     )
+    stamp_error: float = parameter(
+        0.005,
+        "How much older a person's samples may be than their stamps say: by what clocks differ, and by the "
+        "time from exposure to stamp that nobody knows; added to their ages, S_h",
+        unit="s",
+        low=0.0,
+        high=0.2,
+    )
     reaction_time: float = parameter(
         0.024,
         "From what is heard to where the robot begins to slow down, at the latest: a period of the "

@@ -331,7 +331,7 @@ class SeparationMonitor:
         for index, part in enumerate(parts):
             arrays.ends[index] = part.ends
             arrays.radii[index] = part.radius
-            arrays.ages[index] = part.age_s
+            arrays.ages[index] = part.age_s + config.stamp_error
             arrays.speeds[index] = part.speeds
             arrays.spreads[index] = part.spreads
             arrays.half_windows[index] = part.half_window_s

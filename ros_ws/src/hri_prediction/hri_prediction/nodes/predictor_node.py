@@ -142,7 +142,7 @@ class PredictorNode(HriNode):
         try:
             check_finite(message)
         except DataError as error:
-            self.fault("keypoints", str(error))
+            self.fault("arm", str(error))
         begin = time.perf_counter()
         arm.predictor.observe(sample)
         arm.observed_ms = 1e3 * (time.perf_counter() - begin)

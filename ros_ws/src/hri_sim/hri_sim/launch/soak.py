@@ -10,9 +10,10 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from hri_planner.separation.config import MEASURED
 from hri_prediction.errors import HriError
 from hri_sim.launch.options import Seed, default_folder, one_of
-from hri_sim.launch.separation import DEFAULT_SEPARATION, SEPARATIONS, Separation
+from hri_sim.launch.separation import SEPARATIONS, Separation
 from hri_sim.launch.soak_run import SoakOptions, run_soak
 from hri_sim.launch.telling import explain
 from hri_sim.soak.faults import ALL, GROUPS, NONE
@@ -30,7 +31,7 @@ from hri_sim.soak.report import (
     write_report,
 )
 
-SMOKE_MINUTES, SMOKE_WAIT_S = 1.25, 3.0
+SMOKE_MINUTES, SMOKE_WAIT_S = 2.0, 3.0
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 
@@ -75,7 +76,7 @@ def soak(
         typer.Option(help="Mean time from the end of a fault to the next [s].", min=0.1),
     ] = 20.0,
     seed: Seed = 0,
-    separation: Separation = DEFAULT_SEPARATION,
+    separation: Separation = MEASURED,
     out: Annotated[
         Path | None, typer.Option(help="Folder of the run. Default: runs/soak_<time>.")
     ] = None,

@@ -54,12 +54,14 @@ class Capture:
         noise: Standard deviation of each coordinate [m].
         most: Longest error of a place; longer ones are cut [m].
         delay: From capture to the monitor, shortest and longest [s].
+        stamps: Stamps may be later than the capture by so much, the same in all of an encounter [s].
         gaps: Mean time between gaps [s]; a gap takes up to 60 ms.
     """
 
     noise: float = 0.003
     most: float = 0.01
     delay: tuple[float, float] = (0.004, 0.020)
+    stamps: float = 0.005
     gaps: float = 1.0
 
 
@@ -164,6 +166,7 @@ class Encounter:
         if human == PREDICTED:
             self._forecasts = Forecasts(VISITOR, settings.release.max_prediction_age)
         self._samples: deque[tuple[int, int, FloatArray]] = deque()
+        self._stamps_ns = round(rng.uniform(0.0, settings.capture.stamps) * 1e9)
         self._gap_until_ns = 0
         self._commands: deque[tuple[int, float]] = deque()
         self._joints: RobotState | None = None
@@ -238,7 +241,8 @@ class Encounter:
         length = np.linalg.norm(error, axis=-1, keepdims=True)
         error *= np.minimum(1.0, capture.most / np.maximum(length, 1e-12))
         arrives = now_ns + round(rng.uniform(*capture.delay) * 1e9)
-        self._samples.append((arrives, now_ns, self._visitor.shape.arms + error))
+        stamp_ns = now_ns + self._stamps_ns
+        self._samples.append((arrives, stamp_ns, self._visitor.shape.arms + error))
 
     def _monitor_tick(self, now_ns: int) -> State:
         while self._samples and self._samples[0][0] <= now_ns:
