@@ -93,7 +93,19 @@ def test_every_line_has_a_name_of_its_own_and_a_bar() -> None:
         keys = [figure.key for figure in fault.figures]
         assert len(set(keys)) == len(keys), fault.name
         assert module_of(fault.measure).startswith("hri_sim.faults."), fault.name
-    assert sum(fault.name.startswith("kill_") for fault in FAULTS) == 7
+    nodes = {fault.name.removeprefix("kill_") for fault in FAULTS if fault.name.startswith("kill_")}
+    assert nodes == {
+        "adaptation",
+        "observer",
+        "person",
+        "policy",
+        "predictor",
+        "ptomp",
+        "recorder",
+        "separation_monitor",
+        "simulator",
+    }
+    assert nodes <= {fault.name.removeprefix("freeze_") for fault in FAULTS}
     assert all(fault.count >= 20 for fault in FAULTS if fault.name.startswith("kill_"))
 
 
