@@ -14,6 +14,7 @@ import psutil
 
 NODES = (
     "simulator", "person", "predictor", "ptomp", "policy", "recorder", "adaptation", "observer",
+    "separation_monitor",
 )  # fmt: skip
 
 
