@@ -273,6 +273,10 @@ def test_a_planner_leaves_the_speed_to_a_monitor_for_good(
     graph.run(0.8)
     assert stop_time_ms(graph, killed) <= 200.0
     assert "heartbeat" in graph.messages("/joint_trajectory_controller/reference")[-1].reason
+    level, text, _ = graph.nodes["ptomp"].health()
+    assert level == WARN
+    assert "separation monitor" in text
+    assert "has ended" in text
     beats = len(scales(graph))
     graph.run(1.0)
     assert len(scales(graph)) == beats

@@ -304,7 +304,9 @@ class MotionNode(HriNode):
             "plans_not_followed": self._handover.not_followed,
             **self._reports.figures(),
         }
-        trouble = problem(self._heard.heard(), self._motion_config.limits, self.now_ns())
+        trouble = self._heartbeat.trouble() or problem(
+            self._heard.heard(), self._motion_config.limits, self.now_ns()
+        )
         if trouble:
             return WARN, trouble, figures
         return OK, self._supervisor.stage.name.lower(), figures

@@ -30,7 +30,7 @@ class Heartbeat:
     def __init__(self, node: HriNode, *, wanted: bool) -> None:
         self._node = node
         self._publisher = node.announce(Float64, SPEED_SCALE, reliable(1)) if wanted else None
-        self._look = Beat(LOOKING_NS)
+        self._look, self._left = Beat(LOOKING_NS), False
 
     def say(self, now_ns: int, scale: float) -> None:
         """Say that the robot may go on, unless that is a monitor's business."""
@@ -38,13 +38,19 @@ class Heartbeat:
             return
         if self._look.due(now_ns) and self._monitored():
             self._node.withdraw(self._publisher)
-            self._publisher = None
+            self._publisher, self._left = None, True
             self._node.get_logger().warning(
                 f"a separation monitor runs: it alone publishes /{SPEED_SCALE} from now on; when it ends "
                 "the robot stops, until this node is started again without it"
             )
             return
         self._publisher.publish(Float64(data=scale))
+
+    def trouble(self) -> str:
+        """Why the robot stands: the monitor is gone; empty when that is not why."""
+        if self._left and not self._monitored():
+            return "the separation monitor that this node left the speed scale to has ended"
+        return ""
 
     def restart(self, now_ns: int) -> None:
         """The clock went back."""

@@ -17,6 +17,7 @@ from hri_prediction.ros.time import NANO, to_ns
 from hri_sim.faults.live import READY_S, LiveGraph, reaching_graph
 from hri_sim.faults.motion import AT_REST, NAMED, SCENES, STEP, scene
 from hri_sim.faults.trials import TrialsGraph
+from hri_sim.launch.health import SILENT
 from hri_sim.launch.separation import MONITOR, OFF
 from hri_sim.reliability.fault import PROCESSES, Fault, Figure, Place, Trial
 
@@ -26,6 +27,8 @@ HANDS_OFF = (RECORDER, SIMULATOR, ADAPTATION)
 """Nodes on which it does not depend whether the robot may move on."""
 GRAPH = "graph"
 """What stays from one fault to the next."""
+IN_TRIALS = (OBSERVER, ADAPTATION)
+"""Nodes of experiments alone."""
 HELD_S = 1.5
 """How long a node is frozen [s]."""
 SILENT_HELD_S = 5.0
@@ -55,7 +58,7 @@ REASONS = {
 def live_graph(victim: str, place: Place) -> LiveGraph:
     """The graph that a node of this name is part of: one that runs already, or a new one."""
     kind = victim if victim in (POLICY, MONITOR) else "planner"
-    if victim in (OBSERVER, ADAPTATION):
+    if victim in IN_TRIALS:
         kind = "trials"
     running = place.stays.get(GRAPH)
     if isinstance(running, LiveGraph):
@@ -117,7 +120,7 @@ def kill(graph: LiveGraph, victim: str, seed: int, place: Place) -> Trial:
         "touched": float(graph.touched),
         "step_rad": graph.largest_step(),
     }
-    if victim not in (RECORDER, ADAPTATION):
+    if victim not in SILENT:
         figures["reason_ms"] = reason_ms
     if victim not in HANDS_OFF:
         figures["rest_ms"] = graph.rest_ms(since_s)
@@ -161,7 +164,7 @@ def freeze(graph: LiveGraph, victim: str, seed: int, place: Place) -> Trial:
     graph.under_way(np.random.default_rng([seed, *victim.encode()]))
     trials = _trials(graph)
     since_s = graph.send(victim, signal.SIGSTOP)
-    unheard = victim in (RECORDER, ADAPTATION)
+    unheard = victim in SILENT
     graph.spin(SILENT_HELD_S if unheard else HELD_S)
     said_by = graph.told if unheard else graph.reasons
     named_ms, said = graph.first_said(since_s, REASONS[victim], said_by)
@@ -182,7 +185,7 @@ def freeze(graph: LiveGraph, victim: str, seed: int, place: Place) -> Trial:
 
 def _wanted_of(victim: str) -> tuple[Figure, ...]:
     """What is wanted whatever is done to a node."""
-    trials = (GOES_ON, LOST_TRIALS) if victim in (OBSERVER, ADAPTATION) else ()
+    trials = (GOES_ON, LOST_TRIALS) if victim in IN_TRIALS else ()
     return (*trials, STEP, TOUCHED)
 
 
@@ -212,7 +215,7 @@ def _kill(victim: str) -> Fault:
 
 
 def _freeze(victim: str) -> Fault:
-    moved, unheard = victim not in HANDS_OFF, victim in (RECORDER, ADAPTATION)
+    moved, unheard = victim not in HANDS_OFF, victim in SILENT
     answer = "robot at rest, and named" if moved else "named"
     figures = ((AT_REST,) if moved else ()) + ((UNHEARD,) if unheard else (NAMED,))
     held_s = SILENT_HELD_S if unheard else HELD_S
@@ -224,7 +227,6 @@ def _freeze(victim: str) -> Fault:
         PROCESSES,
         (*figures, READY, *_wanted_of(victim)),
         partial(many, freeze, victim),
-        count=10,
     )
 
 

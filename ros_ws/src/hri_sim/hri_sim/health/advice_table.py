@@ -43,6 +43,10 @@ TABLE = (
         words=r"heartbeat of the speed scale",
     ),
     Advice(
+        "Start the separation monitor again; or, to do without one, end this node and start it anew.",
+        words=r"separation monitor that this node left the speed scale to has ended",
+    ),
+    Advice(
         "Whoever sends /separation/speed_scale keeps the robot at rest: its row says for what, mostly a "
         "missing input or a person who is near.",
         words=r"speed scale is 0",
