@@ -163,7 +163,6 @@ class MotionNode(HriNode):
         if supervisor.clock_went_back(now_ns):
             self._heard.forget()
             self._reports.restart(now_ns)
-            self._heartbeat.restart(now_ns)
             self._carry_out(now_ns, supervisor.restart(now_ns))
         other = self._authority.holder(now_ns)
         if other and supervisor.motion is not None and self._authority.is_first:
@@ -176,7 +175,7 @@ class MotionNode(HriNode):
         # One heartbeat at a time: that of the node which moves the robot, or holds it.
         mine = not other and (supervisor.active or not self._authority.engaged(now_ns))
         if supervisor.heartbeat_due(now_ns) and mine:
-            self._heartbeat.say(now_ns, supervisor.scale)
+            self._heartbeat.say(supervisor.scale)
         motion = supervisor.motion
         if motion is not None and motion.goal is not None and supervisor.feedback_due(now_ns):
             self._handles[motion.number].publish_feedback(
@@ -304,9 +303,8 @@ class MotionNode(HriNode):
             "plans_not_followed": self._handover.not_followed,
             **self._reports.figures(),
         }
-        trouble = self._heartbeat.trouble() or problem(
-            self._heard.heard(), self._motion_config.limits, self.now_ns()
-        )
+        limits = self._motion_config.limits
+        trouble = self._heartbeat.trouble() or problem(self._heard.heard(), limits, self.now_ns())
         if trouble:
             return WARN, trouble, figures
         return OK, self._supervisor.stage.name.lower(), figures

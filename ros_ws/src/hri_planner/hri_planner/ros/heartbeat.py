@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from std_msgs.msg import Float64
 
-from hri_planner.supervision.beat import Beat
 from hri_prediction.ros.node import HriNode
 from hri_prediction.ros.qos import reliable
 
 SPEED_SCALE = "separation/speed_scale"
 SEPARATION_STATUS = "separation/status"
 """Topic of a separation monitor: whoever publishes it is one."""
-LOOKING_NS = 100_000_000
-"""So often it is looked for a monitor [ns]."""
+LOOKING = 5
+"""Beats from one look for a monitor to the next; a count needs no clock, which may go back."""
 
 
 class Heartbeat:
@@ -30,13 +29,15 @@ class Heartbeat:
     def __init__(self, node: HriNode, *, wanted: bool) -> None:
         self._node = node
         self._publisher = node.announce(Float64, SPEED_SCALE, reliable(1)) if wanted else None
-        self._look, self._left = Beat(LOOKING_NS), False
+        self._beats, self._left = 0, False
 
-    def say(self, now_ns: int, scale: float) -> None:
+    def say(self, scale: float) -> None:
         """Say that the robot may go on, unless that is a monitor's business."""
         if self._publisher is None:
             return
-        if self._look.due(now_ns) and self._monitored():
+        look = self._beats % LOOKING == 0
+        self._beats += 1
+        if look and self._monitored():
             self._node.withdraw(self._publisher)
             self._publisher, self._left = None, True
             self._node.get_logger().warning(
@@ -51,10 +52,6 @@ class Heartbeat:
         if self._left and not self._monitored():
             return "the separation monitor that this node left the speed scale to has ended"
         return ""
-
-    def restart(self, now_ns: int) -> None:
-        """The clock went back."""
-        self._look.at_once(now_ns)
 
     def _monitored(self) -> bool:
         return self._node.count_publishers(self._node.resolve_topic_name(SEPARATION_STATUS)) > 0
