@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from hri_planner.separation.config import BodyConfig, ReleaseConfig
-from hri_planner.separation.parts import parts_of
+from hri_planner.separation.parts import Part, parts_of
 from hri_planner.separation.track import ArmWatch
+from hri_prediction.arm.geometry import SIDES
 from hri_prediction.errors import DataError
 
 RELEASE = ReleaseConfig()
@@ -101,23 +102,71 @@ def test_arms_alone_are_three_capsules_each() -> None:
     assert all(part.arm for part in parts)
 
 
-def test_trunk_and_head_hang_from_both_shoulders() -> None:
-    parts = {part.name: part for part in parts_of("p", seen("left", "right"), BodyConfig())}
+def named(arms: list, name: str, config: BodyConfig | None = None) -> list[Part]:
+    parts = parts_of("p", arms, config or BodyConfig())
+    return [part for part in parts if part.name == name]
+
+
+def test_an_upright_trunk_and_head_hang_from_both_shoulders() -> None:
+    upright = BodyConfig(max_lean=0.0)
     middle = ARM[0] + [0.0, 0.2, 0.0]
-    np.testing.assert_allclose(parts["trunk"].ends[0], middle)
-    np.testing.assert_allclose(parts["trunk"].ends[1], middle - [0.0, 0.0, 0.55])
-    np.testing.assert_allclose(parts["head"].ends[1], middle - [0.0, 0.0, -0.22])
-    assert not parts["trunk"].arm
+    (trunk,) = named(seen("left", "right"), "trunk", upright)
+    np.testing.assert_allclose(trunk.ends, [middle, middle - [0.0, 0.0, 0.55]])
+    assert not trunk.arm
+    (head,) = named(seen("left", "right"), "head", upright)
+    np.testing.assert_allclose(head.ends, [middle, middle - [0.0, 0.0, -0.22]])
     # Broader than deep: the sides reach as far as the shoulders.
-    sides = [parts["left side"], parts["right side"]]
+    sides = [named(seen("left", "right"), f"{side} side", upright)[0] for side in SIDES]
     reach = max(part.ends[0, 1] + part.radius for part in sides)
     assert reach == pytest.approx(ARM[0, 1] + 0.4, abs=1e-9)
 
 
-def test_a_single_shoulder_may_be_at_either_end() -> None:
-    parts = {part.name: part for part in parts_of("p", seen("left"), BodyConfig())}
-    np.testing.assert_allclose(parts["trunk"].ends[0], ARM[0])
-    assert parts["trunk"].radius == pytest.approx(0.16 + 0.5 * 0.43)
+def test_hips_may_be_behind_the_shoulders_and_the_head_before_them() -> None:
+    """Left of the right shoulder, at larger y, somebody looks along -x."""
+    middle = ARM[0] + [0.0, 0.2, 0.0]
+    hips = np.array([part.ends[1] for part in named(seen("left", "right"), "trunk")]) - middle
+    np.testing.assert_allclose(np.linalg.norm(hips, axis=1), 0.55)
+    np.testing.assert_allclose(hips[:, 1], 0.0, atol=1e-9)
+    assert hips[:, 0].max() == pytest.approx(0.55 * np.sin(0.52))
+    assert hips[:, 0].min() == pytest.approx(-0.55 * np.sin(0.52 / 3.0))
+    # Between two axes nobody's trunk sticks out by much.
+    assert np.diff(np.sort(hips[:, 0])).max() < 0.16
+    heads = np.array([part.ends[1] for part in named(seen("left", "right"), "head")]) - middle
+    assert sorted(heads[:, 0]) == pytest.approx([-0.22 * np.sin(0.52), 0.0])
+
+
+@pytest.mark.parametrize("lower", SIDES)
+def test_who_leans_aside_has_hips_below_the_higher_shoulder(lower: str) -> None:
+    arms = seen("left", "right")
+    tilt = np.radians(15.0)
+    for arm in arms:
+        arm.keypoints[0, 2] += 0.2 * np.tan(tilt) * (-1.0 if arm.side == lower else 1.0)
+    higher = next(side for side in SIDES if side != lower)
+    upright = BodyConfig(max_lean=0.0)
+    (beyond,) = named(arms, f"{higher} side", upright)
+    (below,) = named(arms, f"{lower} side", upright)
+    way = beyond.ends[1] - beyond.ends[0]
+    aside = 1.0 if higher == "right" else -1.0
+    np.testing.assert_allclose(
+        way, 0.55 * np.array([0.0, aside * np.sin(tilt), -np.cos(tilt)]), atol=1e-9
+    )
+    # A shrug is possible as well.
+    np.testing.assert_allclose(below.ends[1] - below.ends[0], [0.0, 0.0, -0.55], atol=1e-9)
+
+
+def test_a_single_shoulder_may_be_at_either_end_of_somebody_who_leans_anywhere() -> None:
+    (trunk,) = named(seen("left"), "trunk")
+    np.testing.assert_allclose(trunk.ends[0], ARM[0])
+    assert trunk.radius == pytest.approx(0.16 + np.hypot(0.5 * 0.43, 0.55 * np.sin(0.52)))
+    (head,) = named(seen("left"), "head")
+    assert head.radius == pytest.approx(0.20 + np.hypot(0.5 * 0.43, 0.22 * np.sin(0.52)))
+
+
+def test_shoulders_above_each_other_do_not_tell_where_somebody_looks() -> None:
+    arms = seen("left", "right")
+    arms[1].keypoints[0] = arms[0].keypoints[0] + [0.0, 0.0, 0.3]
+    (trunk,) = named(arms, "trunk")
+    assert trunk.radius == pytest.approx(0.16 + np.hypot(0.15, 0.55 * np.sin(0.52)))
 
 
 def jumped(*, shoulder: float) -> list:
@@ -132,14 +181,14 @@ def jumped(*, shoulder: float) -> list:
 
 def test_where_a_hand_was_alone_there_is_no_second_trunk() -> None:
     names = [part.name for part in parts_of("p", jumped(shoulder=0.02), BodyConfig())]
-    assert [name for name in names if name.startswith("trunk")] == ["trunk"]
+    assert {name for name in names if name.startswith("trunk")} == {"trunk"}
     assert "right hand (as it was)" in names
 
 
 def test_where_a_shoulder_was_there_may_still_be_a_trunk() -> None:
-    parts = {part.name: part for part in parts_of("p", jumped(shoulder=0.3), BodyConfig())}
-    was = parts["trunk (as it was)"]
+    (was,) = named(jumped(shoulder=0.3), "trunk (as it was)")
     np.testing.assert_allclose(was.ends[0], ARM[0] + [0.0, 0.4, 0.0])
     # It may be at either side of that shoulder.
-    assert was.radius == pytest.approx(0.16 + 0.5 * 0.43)
-    assert {"trunk", "head", "head (as it was)"} <= parts.keys()
+    assert was.radius > 0.16 + 0.5 * 0.43
+    names = {part.name for part in parts_of("p", jumped(shoulder=0.3), BodyConfig())}
+    assert {"trunk", "head", "head (as it was)"} <= names

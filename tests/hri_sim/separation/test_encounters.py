@@ -8,7 +8,7 @@ import pytest
 
 from hri_planner.robot import load_robot
 from hri_planner.separation.config import PREDICTED, BodyConfig, ProtectiveDistanceConfig
-from hri_planner.separation.parts import parts_of
+from hri_planner.separation.parts import Part, SeenArm, parts_of
 from hri_planner.separation.track import ArmWatch
 from hri_planner.warm import warm_separation
 from hri_prediction.arm.geometry import SIDES
@@ -16,7 +16,9 @@ from hri_sim.scenario.shipped import load_shipped
 from hri_sim.separation.batch import Chunk, chunks_of, do_chunk, run_chunks
 from hri_sim.separation.encounter import KINDS, Encounter, Settings, draw_visit
 from hri_sim.separation.forecasts import Forecasts
+from hri_sim.separation.intents import Change, Walking, draw_changes
 from hri_sim.separation.robot_motion import MOST_ACCELERATION, draw_posture, motion_to
+from hri_sim.separation.visitor import LEANS, Shape, Visitor, draw_figure
 from hri_sim.simulator.simulation import Simulation, SimulatorConfig
 
 warm_separation()
@@ -86,38 +88,93 @@ def test_nobody_is_faster_than_they_may_be(kind: str, seed: int) -> None:
     robot = ROBOT.frames(draw_posture(ROBOT, rng))
     shapes, dt = [visitor.shape], 0.004
     for tick in range(300):
-        walking, hands = intent.velocities(visitor, robot, tick * dt)
-        visitor.step(walking, hands, dt)
+        visitor.step(intent.wish(visitor, robot, tick * dt), dt)
         shapes.append(visitor.shape)
     for one, other in itertools.pairwise(shapes):
         arms = np.linalg.norm(other.arms - one.arms, axis=-1).max() / dt
         body = np.linalg.norm(other.body - one.body, axis=-1).max() / dt
         assert arms <= DISTANCE.arm_speed + 1e-9
         assert body <= DISTANCE.body_speed + 1e-9
-    moved = np.linalg.norm(shapes[-1].arms - shapes[0].arms, axis=-1).max()
-    assert moved > 0.05  # and they do move
+    moved = max(np.linalg.norm(shape.arms - shapes[0].arms, axis=-1).max() for shape in shapes)
+    assert moved > 0.1  # and they do move
     lengths = np.linalg.norm(np.diff([shape.arms for shape in shapes], axis=2), axis=-1)
     np.testing.assert_allclose(lengths, np.broadcast_to(lengths[0], lengths.shape), atol=1e-6)
 
 
 @pytest.mark.parametrize("seed", range(20))
 def test_trunk_and_head_are_where_the_monitor_takes_them_to_be(seed: int) -> None:
-    """Within C, whoever it is: seen from in front, the true surface is nowhere ahead of the model's."""
+    """No point of the true surface is farther out than C, whoever it is and whatever they do."""
+    rng = np.random.default_rng(seed)
+    kind = "walking" if seed % 2 else "reaching"
+    visitor, intent = draw_visit(kind, rng, DISTANCE)
+    robot = ROBOT.frames(draw_posture(ROBOT, rng))
+    around = rng.normal(size=(60, 3))
+    around /= np.linalg.norm(around, axis=1, keepdims=True)
+    for tick in range(500):
+        visitor.step(intent.wish(visitor, robot, tick * 0.004), 0.004)
+        if tick % 100:
+            continue
+        parts = parts_of("visitor", seen_arms(visitor.shape.arms), BodyConfig())
+        assert _farthest_out(visitor.shape, around, parts) <= DISTANCE.intrusion
+
+
+@pytest.mark.parametrize("side", SIDES)
+@pytest.mark.parametrize("seed", range(10))
+def test_so_they_are_of_somebody_of_whom_one_arm_is_seen(seed: int, side: str) -> None:
     rng = np.random.default_rng(seed)
     visitor, _ = draw_visit("walking", rng, DISTANCE)
-    shape = visitor.shape
-    arms = []
-    for side, keypoints in zip(SIDES, shape.arms, strict=True):
+    around = rng.normal(size=(60, 3))
+    around /= np.linalg.norm(around, axis=1, keepdims=True)
+    one = [arm for arm in seen_arms(visitor.shape.arms) if arm.side == side]
+    parts = parts_of("visitor", one, BodyConfig())
+    assert _farthest_out(visitor.shape, around, parts) <= DISTANCE.intrusion
+
+
+def test_a_trunk_taken_to_be_upright_leaves_hips_out() -> None:
+    """So what the two tests before measure depends on what leans are reckoned with."""
+    rng = np.random.default_rng(0)
+    figure = replace(draw_figure(rng), lean=np.radians(25.0))
+    visitor = Visitor(figure, np.zeros(2), 0.0, 2.0, 1.6)
+    parts = parts_of("visitor", seen_arms(visitor.shape.arms), BodyConfig(max_lean=0.0))
+    assert _farthest_out(visitor.shape, -np.eye(3), parts) > 2 * DISTANCE.intrusion
+
+
+def test_people_turn_stop_step_back_and_bend() -> None:
+    rng = np.random.default_rng(1)
+    changes = draw_changes(rng, 100.0)
+    assert {np.sign(c.pace) for c in changes} == {-1.0, 0.0, 1.0}
+    assert any(c.turning for c in changes)
+    assert any(c.leaning for c in changes)
+    assert all(one.until_s < other.until_s for one, other in itertools.pairwise(changes))
+    visitor = Visitor(draw_figure(rng), np.zeros(2), 0.0, 2.0, 1.6)
+    walking = Walking(1.0, 0.0, (Change(0.2, 0.0, turning=2.0), Change(0.4, -1.0, leaning=-0.5)))
+    lean = visitor.lean
+    for tick in range(100):
+        visitor.step(walking.wish(visitor, np.zeros((4, 3)), tick * 0.004), 0.004)
+    ahead = visitor.heading[:2, 0]
+    assert np.arctan2(ahead[1], ahead[0]) == pytest.approx(0.4, abs=0.02)
+    assert visitor.place @ ahead == pytest.approx(-0.2, abs=0.02)
+    assert visitor.lean == pytest.approx(max(lean - 0.1, LEANS[0]), abs=0.02)
+
+
+def seen_arms(arms: np.ndarray) -> list[SeenArm]:
+    found = []
+    for side, keypoints in zip(SIDES, arms, strict=True):
         watch = ArmWatch(side, Settings().release)
         watch.add(1, keypoints)
-        arms += watch.at(1)
-    parts = parts_of("visitor", arms, BodyConfig())
-    outward = visitor.heading[:, 0]
+        found += watch.at(1)
+    return found
+
+
+def _farthest_out(shape: Shape, around: np.ndarray, parts: list[Part]) -> float:
+    """How far the surface of trunk and head is outside of all parts, at most [m]."""
+    farthest = -np.inf
     for radius, axis in zip(shape.radii, shape.body, strict=True):
         for share in np.linspace(0.0, 1.0, 6):
-            surface = axis[0] + share * (axis[1] - axis[0]) + radius * outward
-            gaps = [_outside(surface, part.ends, part.radius) for part in parts]
-            assert min(gaps) <= DISTANCE.intrusion
+            for point in axis[0] + share * (axis[1] - axis[0]) + radius * around:
+                gaps = [_outside(point, part.ends, part.radius) for part in parts]
+                farthest = max(farthest, min(gaps))
+    return farthest
 
 
 def _outside(point: np.ndarray, ends: np.ndarray, radius: float) -> float:

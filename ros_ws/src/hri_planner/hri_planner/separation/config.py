@@ -199,6 +199,14 @@ class BodyConfig:
     trunk_length: float = parameter(
         0.55, "From the shoulders down to the hips", unit="m", low=0.1, high=1.0
     )
+    max_lean: float = parameter(
+        0.52,
+        "How far the trunk may lean forwards, unseen; backwards a third of it. Hips are farther "
+        "behind the shoulders then, and the head before them",
+        unit="rad",
+        low=0.0,
+        high=1.2,
+    )
     head_height: float = parameter(
         0.22, "From the shoulders up to the middle of the head", unit="m", low=0.05, high=0.5
     )

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hri_planner.separation.config import BodyConfig
-from hri_prediction.arm.geometry import SIDES
+from hri_planner.separation.trunk import trunk_and_head
 
 FloatArray = NDArray[np.float64]
 
@@ -19,7 +19,6 @@ LIMBS = ("upper_arm", "forearm", "hand")
 SHOULDER = 0
 SAME_M = 0.1
 """A shoulder that is no farther from where it was has not jumped [m]."""
-_UP = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,36 +134,22 @@ def _shoulders_that_were(
 def _trunk(
     body_id: str, arms: Mapping[str, SeenArm], config: BodyConfig, *, was: bool = False
 ) -> list[Part]:
-    """Trunk and head below and above the shoulders; a shoulder seen alone may be either one's end."""
-    added = WAS if was else ""
-    found = [arms[side] for side in SIDES if side in arms]
-    if not found:
-        return []
-    first, last = found[0].keypoints[SHOULDER], found[-1].keypoints[SHOULDER]
-    ages = np.full(2, max(arm.age_s[SHOULDER] for arm in found))
-    half = 0.5 * config.shoulder_breadth
-    if len(found) == 1:
-        middle, wider = first, half
-    else:
-        middle, wider = 0.5 * (first + last), 0.0
-    down, up = config.trunk_length * _UP, config.head_height * _UP
-
-    def part(name: str, top: FloatArray, to: FloatArray, radius: float) -> Part:
-        # Nobody measures head and hips: they may be as fast as is assumed.
-        unknown = np.full((2, 3), np.nan)
-        ends = np.array((top, top + to))
-        return Part(
-            body_id, name + added, ends, radius, ages, unknown, unknown[:, 0], 0.0, arm=False
+    """Trunk and head of somebody whose arms these are."""
+    shoulders = {side: arm.keypoints[SHOULDER] for side, arm in arms.items()}
+    ages = np.full(2, max((arm.age_s[SHOULDER] for arm in arms.values()), default=0.0))
+    # Nobody measures head and hips: they may be as fast as is assumed.
+    unknown = np.full((2, 3), np.nan)
+    return [
+        Part(
+            body_id,
+            capsule.name + (WAS if was else ""),
+            capsule.ends,
+            capsule.radius,
+            ages,
+            unknown,
+            unknown[:, 0],
+            0.0,
+            arm=False,
         )
-
-    parts = [
-        part("trunk", middle, -down, config.trunk_radius + wider),
-        part("head", middle, up, config.head_radius + wider),
+        for capsule in trunk_and_head(shoulders, config)
     ]
-    if len(found) == 2:
-        # The trunk is broader than deep: two more axes stand below the ends of the chest.
-        across = 0.5 * (last - first)
-        inner = max(1.0 - config.trunk_radius / max(math.hypot(*across), 1e-6), 0.0)
-        for name, sign in (("left side", -1.0), ("right side", 1.0)):
-            parts.append(part(name, middle + sign * inner * across, -down, config.trunk_radius))
-    return parts

@@ -22,9 +22,9 @@ from hri_planner.separation.track import ArmWatch
 from hri_prediction.arm.geometry import SIDES, arm_capsules
 from hri_prediction.geometry.segments import capsule_distances
 from hri_sim.separation.forecasts import Forecasts
-from hri_sim.separation.intents import Chasing, Intent, Reaching, Walking
+from hri_sim.separation.intents import Chasing, Intent, Reaching, Walking, draw_changes
 from hri_sim.separation.robot_motion import draw_posture, motion_to
-from hri_sim.separation.visitor import Visitor, draw_figure
+from hri_sim.separation.visitor import LEANS, Visitor, draw_figure
 from hri_sim.simulator.simulation import Simulation
 
 FloatArray = NDArray[np.float64]
@@ -36,6 +36,8 @@ DECIDING = 2
 COMMAND_TIMEOUT_S = 0.1
 REST_M_S = 0.01
 """A robot of which no point is faster is at rest [m/s]."""
+LONGEST_S = 3.0
+"""Of an encounter, unless another time is set [s]."""
 NEAR_M = 0.3
 """Nearer, distances are looked at twice a period [m]."""
 LEANING_S = 0.2
@@ -83,7 +85,7 @@ class Settings:
     release: ReleaseConfig = field(default_factory=ReleaseConfig)
     capture: Capture = field(default_factory=Capture)
     monitored: bool = True
-    duration: float = 3.0
+    duration: float = LONGEST_S
 
 
 @dataclass(frozen=True)
@@ -131,12 +133,15 @@ def draw_visit(
     yaw = float(np.arctan2(toward[1], toward[0]))
     visitor = Visitor(figure, place, yaw, distance.arm_speed, distance.body_speed)
     if kind == "walking":
-        velocity = rng.uniform(0.3, distance.body_speed) * toward / np.linalg.norm(toward)
-        return visitor, Walking(velocity, rng.uniform(0.0, 2.0 * np.pi))
+        speed, phase = rng.uniform(0.3, distance.body_speed), rng.uniform(0.0, 2.0 * np.pi)
+        # Every other one walks straight through.
+        changes = draw_changes(rng, LONGEST_S) if rng.integers(2) else ()
+        return visitor, Walking(speed, phase, changes)
     hand = int(rng.integers(2))
     if kind == "reaching":
         aside = rng.normal(0.0, 0.08, 3)
-        return visitor, Reaching(hand, rng.uniform(0.4, 1.2), rng.uniform(0.0, 0.5), aside)
+        bend = rng.uniform(0.0, LEANS[1] - figure.lean)
+        return visitor, Reaching(hand, rng.uniform(0.4, 1.2), rng.uniform(0.0, 0.5), aside, bend)
     return visitor, Chasing(hand, rng.uniform(0.0, 1.0))
 
 
@@ -227,8 +232,7 @@ class Encounter:
 
     def _move_person(self, now_ns: int) -> None:
         robot = self._robot.frames(self._simulation.q)
-        walking, hands = self._intent.velocities(self._visitor, robot, now_ns * 1e-9)
-        self._visitor.step(walking, hands, PERIOD_S)
+        self._visitor.step(self._intent.wish(self._visitor, robot, now_ns * 1e-9), PERIOD_S)
 
     def _capture(self, now_ns: int) -> None:
         """One sample of both arms is on its way, unless there is a gap."""

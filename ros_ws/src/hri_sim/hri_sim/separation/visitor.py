@@ -17,6 +17,8 @@ FloatArray = NDArray[np.float64]
 
 FLOOR_M = -0.75
 """Height of the floor on which people stand: the robot's base is on a table of usual height [m]."""
+LEANS = (np.radians(-8.0), np.radians(28.0))
+"""How far back and forwards trunks lean [rad]."""
 _CUTS = 6
 _TO_MODEL = np.array([[-1.0, 1.0, 1.0], [-1.0, -1.0, 1.0]])
 _SWIVEL = np.full(2, 0.25)
@@ -34,8 +36,9 @@ class Figure:
         hand: [m].
         trunk_radius: [m].
         trunk_length: Shoulders to hips [m].
-        lean: Of the trunk forwards [rad].
-        head: Middle of the head before and above the shoulders (2,) [m].
+        lean: Of the trunk forwards, in the beginning [rad].
+        aside: Of the trunk to the right, shoulders with it [rad].
+        head: Middle of the head before and above the shoulders, of an upright trunk (2,) [m].
         head_radius: [m].
         arm_radii: Of upper arm, forearm and hand [m].
     """
@@ -48,13 +51,14 @@ class Figure:
     trunk_radius: float
     trunk_length: float
     lean: float
+    aside: float
     head: tuple[float, float]
     head_radius: float
     arm_radii: tuple[float, float, float] = (0.05, 0.04, 0.05)
 
 
 def draw_figure(rng: np.random.Generator) -> Figure:
-    """Somebody between a small woman and a tall man."""
+    """Somebody between a small woman and a tall man, who leans as people do who stand at a table."""
     tall = rng.uniform(1.5, 1.95)
     return Figure(
         shoulder_height=0.82 * tall,
@@ -64,7 +68,8 @@ def draw_figure(rng: np.random.Generator) -> Figure:
         hand=0.09 * tall,
         trunk_radius=rng.uniform(0.10, 0.15),
         trunk_length=rng.uniform(0.45, 0.55),
-        lean=np.radians(rng.uniform(-5.0, 25.0)),
+        lean=rng.uniform(*LEANS),
+        aside=rng.normal(0.0, np.radians(5.0)),
         head=(rng.uniform(0.0, 0.12), rng.uniform(0.15, 0.25)),
         head_radius=rng.uniform(0.10, 0.12),
     )
@@ -85,13 +90,30 @@ class Shape:
     radii: FloatArray
 
 
+@dataclass(frozen=True, eq=False)
+class Wish:
+    """What a person wants to do now.
+
+    Attributes:
+        walking: Velocity over the floor (2,) [m/s].
+        hands: Velocities of left and right hand, in the frame of the person (2, 3) [m/s].
+        turning: To the left [rad/s].
+        leaning: Forwards [rad/s].
+    """
+
+    walking: FloatArray
+    hands: FloatArray
+    turning: float = 0.0
+    leaning: float = 0.0
+
+
 class Visitor:
     """A person who moves.
 
     Args:
         figure: Sizes.
         place: Where they stand (2,) [m].
-        yaw: Which way they look; 0 is along +x [rad].
+        yaw: Which way they look in the beginning; 0 is along +x [rad].
         arm_speed: Fastest that any point of an arm is [m/s].
         body_speed: Fastest that any point of trunk and head is [m/s].
     """
@@ -99,7 +121,7 @@ class Visitor:
     def __init__(
         self, figure: Figure, place: FloatArray, yaw: float, arm_speed: float, body_speed: float
     ) -> None:
-        self.figure, self.yaw = figure, yaw
+        self.figure = figure
         self._arm_speed, self._body_speed = arm_speed, body_speed
         # Both arms at once: the left one is the mirror image of a right one.
         lengths = (figure.upper_arm, figure.forearm, figure.hand)
@@ -107,8 +129,8 @@ class Visitor:
         self._reach = self._model.reach
         # Aside, for right below the shoulder the elbow would turn over at once.
         left, right = (np.array([0.1, aside, -0.85 * self._reach[1]]) for aside in (0.18, -0.18))
-        self._state = np.concatenate((place, left, right))
-        self.shape = self._pose(self._state, yaw)
+        self._state = np.concatenate((place, (yaw, figure.lean), left, right))
+        self.shape = self._pose(self._state)
 
     @property
     def place(self) -> FloatArray:
@@ -118,33 +140,38 @@ class Visitor:
     @property
     def hands(self) -> FloatArray:
         """Left and right hand tip, seen from their shoulders, in the frame of the person (2, 3) [m]."""
-        return self._state[2:].reshape(2, 3).copy()
+        return self._state[4:].reshape(2, 3).copy()
+
+    @property
+    def lean(self) -> float:
+        """How far the trunk leans forwards [rad]."""
+        return float(self._state[3])
 
     @property
     def heading(self) -> FloatArray:
         """Rotation from the person's frame (forward, left, up) to the world's (3, 3)."""
-        c, s = np.cos(self.yaw), np.sin(self.yaw)
-        return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        return _turned(float(self._state[2]))
 
-    def step(self, walking: FloatArray, hands: FloatArray, dt: float) -> None:
+    def step(self, wish: Wish, dt: float) -> None:
         """Go on for a while, as far as speeds allow.
 
         Args:
-            walking: Wanted velocity over the floor (2,) [m/s].
-            hands: Wanted velocities of left and right hand, in the frame of the person (2, 3) [m/s].
+            wish: What the person wants.
             dt: For how long [s].
         """
-        if not self._go(np.concatenate((walking, hands.ravel())) * dt, dt):
+        body = np.array([*wish.walking, wish.turning, wish.leaning])
+        if not self._go(np.concatenate((body, wish.hands.ravel())) * dt, dt):
             # An elbow that would turn over holds up the hands, not the feet.
-            self._go(np.concatenate((walking, np.zeros(6))) * dt, dt)
+            self._go(np.concatenate((body, np.zeros(6))) * dt, dt)
 
     def _go(self, wanted: FloatArray, dt: float) -> bool:
         """Take a step as far as speeds allow; whether there was one."""
         share = 1.0
         for _ in range(_CUTS):
             state = self._state + share * wanted
-            state[2:] = self._within_reach(state[2:].reshape(2, 3)).ravel()
-            shape = self._pose(state, self.yaw)
+            state[3] = np.clip(state[3], *LEANS)
+            state[4:] = self._within_reach(state[4:].reshape(2, 3)).ravel()
+            shape = self._pose(state)
             arms = np.linalg.norm(shape.arms - self.shape.arms, axis=-1).max()
             body = np.linalg.norm(shape.body - self.shape.body, axis=-1).max()
             if arms <= self._arm_speed * dt and body <= self._body_speed * dt:
@@ -162,25 +189,30 @@ class Visitor:
         distance = np.linalg.norm(hands, axis=1, keepdims=True)
         return hands * np.clip(distance, 1.02 * low, 0.98 * high) / np.maximum(distance, 1e-9)
 
-    def _pose(self, state: FloatArray, yaw: float) -> Shape:
-        figure = self.figure
-        c, s = np.cos(yaw), np.sin(yaw)
-        turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    def _pose(self, state: FloatArray) -> Shape:
+        figure, lean = self.figure, state[3]
+        turn = _turned(float(state[2]))
         middle = np.array([state[0], state[1], FLOOR_M + figure.shoulder_height])
+        # Axes of the trunk: forward, left, up.
+        (c, s), (ca, sa) = ((np.cos(angle), np.sin(angle)) for angle in (lean, figure.aside))
+        forwards = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+        trunk = np.array([[1.0, 0.0, 0.0], [0.0, ca, -sa], [0.0, sa, ca]]) @ forwards
         half = 0.5 * figure.shoulder_breadth
         # The arm model looks along -x, with the right arm on the side of +y.
-        hands = state[2:].reshape(2, 3) * _TO_MODEL
+        hands = state[4:].reshape(2, 3) * _TO_MODEL
         points = self._model.posture(hands, _SWIVEL) * _TO_MODEL[:, None]
-        points[:, :, 1] += np.array([[half], [-half]])
+        points += (np.array([[half], [-half]]) * trunk[:, 1])[:, None]
         arms = middle + points @ turn.T
-        behind = figure.trunk_length * np.array([-np.sin(figure.lean), 0.0, -np.cos(figure.lean)])
         inner = max(half - figure.trunk_radius, 0.0)
         axes = []
         for aside in (-inner, 0.0, inner):
-            top = np.array([0.0, aside, 0.0])
-            axes.append(np.stack((top, top + behind)))
-        head = np.array([figure.head[0], 0.0, figure.head[1]])
-        axes.append(np.stack((head, head)))
-        body = middle + np.array(axes) @ turn.T
+            axes.append(np.array([[0.0, aside, 0.0], [0.0, aside, -figure.trunk_length]]))
+        axes.append(np.tile((figure.head[0], 0.0, figure.head[1]), (2, 1)))
+        body = middle + np.array(axes) @ trunk.T @ turn.T
         radii = np.array([*([figure.trunk_radius] * 3), figure.head_radius])
         return Shape(arms, body, radii)
+
+
+def _turned(yaw: float) -> FloatArray:
+    c, s = np.cos(yaw), np.sin(yaw)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

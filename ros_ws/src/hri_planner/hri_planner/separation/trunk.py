@@ -1,0 +1,107 @@
+"""Where trunk and head are, of somebody of whom the shoulders are seen and nothing else.
+
+Nobody sees how far a trunk leans: its hips may be anywhere between a little before the shoulders and
+far behind them, and the head as far before them, so there are several axes in a fan. Shoulders that are
+not level may be those of somebody who leans aside, or just shrugs: the fan is as wide as both need.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hri_planner.separation.config import BodyConfig
+from hri_prediction.arm.geometry import SIDES
+
+FloatArray = NDArray[np.float64]
+
+FAN = 4
+"""So many axes stand for all leans: at the hips, with usual sizes, 13 cm apart, less than a radius."""
+BACKWARDS = 1.0 / 3.0
+"""How far people lean back, as a share of how far they lean forwards."""
+LEAST_BREADTH_M = 0.05
+"""Shoulders that are closer together, seen from above, do not tell which way somebody faces."""
+_UP = np.array([0.0, 0.0, 1.0])
+
+
+class Capsule(NamedTuple):
+    """A part of trunk or head: its name, the ends of its axis (2, 3) [m], its radius [m]."""
+
+    name: str
+    ends: FloatArray
+    radius: float
+
+
+def trunk_and_head(shoulders: Mapping[str, FloatArray], config: BodyConfig) -> list[Capsule]:
+    """Capsules of trunk and head.
+
+    Args:
+        shoulders: The shoulders (3,) [m] that are seen, by side.
+        config: Sizes.
+    """
+    found = [shoulders[side] for side in SIDES if side in shoulders]
+    if not found:
+        return []
+    middle = np.mean(found, axis=0)
+    half = 0.5 * config.shoulder_breadth
+    if len(found) == 2:
+        across = 0.5 * (found[1] - found[0])
+        if math.hypot(across[0], across[1]) >= 0.5 * LEAST_BREADTH_M:
+            return _fan(middle, across, config)
+        half = math.hypot(*across)
+    # Either end of the shoulders, and a lean in any direction square to them.
+    parts = (
+        ("trunk", -config.trunk_length, config.trunk_radius),
+        ("head", config.head_height, config.head_radius),
+    )
+    return [
+        Capsule(
+            name,
+            np.stack((middle, middle + up * _UP)),
+            radius + math.hypot(half, up * math.sin(config.max_lean)),
+        )
+        for name, up, radius in parts
+    ]
+
+
+def _fan(middle: FloatArray, across: FloatArray, config: BodyConfig) -> list[Capsule]:
+    """Axes below both ends and the middle of the chest, and above it, for each lean.
+
+    Args:
+        middle: Between the shoulders (3,) [m].
+        across: From there to the right shoulder (3,) [m].
+        config: Sizes.
+    """
+    half = math.hypot(*across)
+    right = across / half
+    forwards = np.cross(_UP, right)
+    forwards /= math.hypot(*forwards)
+    # Straight down, if the shoulders are shrugged; square to them, if the trunk leans aside.
+    square = right * right[2] - _UP
+    square /= math.hypot(*square)
+    inner = max(1.0 - config.trunk_radius / half, 0.0)
+    leans = np.unique(np.linspace(-BACKWARDS * config.max_lean, config.max_lean, FAN))
+
+    def capsule(name: str, top: FloatArray, way: FloatArray, lean: float, radius: float) -> Capsule:
+        turned = math.cos(lean) * way - math.sin(lean) * math.hypot(*way) * forwards
+        return Capsule(name, np.stack((top, top + turned)), radius)
+
+    # Behind the shoulders a head is nearer to the trunk: two axes will do.
+    head = config.head_height * _UP
+    found = [
+        capsule("head", middle, head, -lean, config.head_radius)
+        for lean in np.unique((0.0, config.max_lean))
+    ]
+    # The trunk is broader than deep: its sides stand as far out as the chest is broad.
+    for name, sign in (("trunk", 0.0), ("left side", -1.0), ("right side", 1.0)):
+        # The hips are below the higher shoulder, or beyond it.
+        share = 0.5 * (1.0 + sign * np.sign(right[2]))
+        down = share * square - (1.0 - share) * _UP
+        way = config.trunk_length / math.hypot(*down) * down
+        top = middle + sign * inner * across
+        found += [capsule(name, top, way, lean, config.trunk_radius) for lean in leans]
+    return found
