@@ -110,10 +110,10 @@ def named(arms: list, name: str, config: BodyConfig | None = None) -> list[Part]
 def test_an_upright_trunk_and_head_hang_from_both_shoulders() -> None:
     upright = BodyConfig(max_lean=0.0)
     middle = ARM[0] + [0.0, 0.2, 0.0]
-    (trunk,) = named(seen("left", "right"), "trunk", upright)
+    trunk, *_ = named(seen("left", "right"), "trunk", upright)
     np.testing.assert_allclose(trunk.ends, [middle, middle - [0.0, 0.0, 0.55]])
     assert not trunk.arm
-    (head,) = named(seen("left", "right"), "head", upright)
+    head, *_ = named(seen("left", "right"), "head", upright)
     np.testing.assert_allclose(head.ends, [middle, middle - [0.0, 0.0, -0.22]])
     # Broader than deep: the sides reach as far as the shoulders.
     sides = [named(seen("left", "right"), f"{side} side", upright)[0] for side in SIDES]
@@ -143,8 +143,8 @@ def test_who_leans_aside_has_hips_below_the_higher_shoulder(lower: str) -> None:
         arm.keypoints[0, 2] += 0.2 * np.tan(tilt) * (-1.0 if arm.side == lower else 1.0)
     higher = next(side for side in SIDES if side != lower)
     upright = BodyConfig(max_lean=0.0)
-    (beyond,) = named(arms, f"{higher} side", upright)
-    (below,) = named(arms, f"{lower} side", upright)
+    beyond, *_ = named(arms, f"{higher} side", upright)
+    below, *_ = named(arms, f"{lower} side", upright)
     way = beyond.ends[1] - beyond.ends[0]
     aside = 1.0 if higher == "right" else -1.0
     np.testing.assert_allclose(

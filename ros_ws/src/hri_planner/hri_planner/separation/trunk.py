@@ -25,6 +25,8 @@ BACKWARDS = 1.0 / 3.0
 """How far people lean back, as a share of how far they lean forwards."""
 LEAST_BREADTH_M = 0.05
 """Shoulders that are closer together, seen from above, do not tell which way somebody faces."""
+_NAMES = ("left side", "trunk", "right side")
+_SIGNS = np.array([-1.0, 0.0, 1.0])
 _UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -83,25 +85,24 @@ def _fan(middle: FloatArray, across: FloatArray, config: BodyConfig) -> list[Cap
     # Straight down, if the shoulders are shrugged; square to them, if the trunk leans aside.
     square = right * right[2] - _UP
     square /= math.hypot(*square)
-    inner = max(1.0 - config.trunk_radius / half, 0.0)
-    leans = np.unique(np.linspace(-BACKWARDS * config.max_lean, config.max_lean, FAN))
-
-    def capsule(name: str, top: FloatArray, way: FloatArray, lean: float, radius: float) -> Capsule:
-        turned = math.cos(lean) * way - math.sin(lean) * math.hypot(*way) * forwards
-        return Capsule(name, np.stack((top, top + turned)), radius)
-
-    # Behind the shoulders a head is nearer to the trunk: two axes will do.
-    head = config.head_height * _UP
-    found = [
-        capsule("head", middle, head, -lean, config.head_radius)
-        for lean in np.unique((0.0, config.max_lean))
-    ]
+    # The hips are below the higher shoulder, or beyond it.
+    shares = 0.5 * (1.0 + _SIGNS * np.sign(right[2]))[:, None]
+    downs = shares * square - (1.0 - shares) * _UP
+    downs /= np.sqrt((downs**2).sum(axis=1, keepdims=True))
     # The trunk is broader than deep: its sides stand as far out as the chest is broad.
-    for name, sign in (("trunk", 0.0), ("left side", -1.0), ("right side", 1.0)):
-        # The hips are below the higher shoulder, or beyond it.
-        share = 0.5 * (1.0 + sign * np.sign(right[2]))
-        down = share * square - (1.0 - share) * _UP
-        way = config.trunk_length / math.hypot(*down) * down
-        top = middle + sign * inner * across
-        found += [capsule(name, top, way, lean, config.trunk_radius) for lean in leans]
+    inner = max(1.0 - config.trunk_radius / half, 0.0)
+    tops = middle + inner * _SIGNS[:, None] * across
+    leans = np.linspace(-BACKWARDS * config.max_lean, config.max_lean, FAN)[:, None, None]
+    hips = tops + config.trunk_length * (np.cos(leans) * downs - np.sin(leans) * forwards)
+    trunk = np.stack((np.broadcast_to(tops, hips.shape), hips), axis=2)
+    found = [
+        Capsule(name, ends, config.trunk_radius)
+        for fan in trunk
+        for name, ends in zip(_NAMES, fan, strict=True)
+    ]
+    # A head behind the shoulders is nearer to the trunk: two axes will do.
+    for lean in (0.0, config.max_lean):
+        way = math.cos(lean) * _UP + math.sin(lean) * forwards
+        ends = np.stack((middle, middle + config.head_height * way))
+        found.append(Capsule("head", ends, config.head_radius))
     return found
