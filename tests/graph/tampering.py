@@ -1,9 +1,10 @@
-"""Nodes as a user would write them: they command the robot's speed, and give people new names."""
+"""Nodes as a user would write them: they command the robot's speed, track two arms, and rename people."""
 
 from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 from std_msgs.msg import Float64, Header
 
 from hri_prediction.ros.messages import HumanArm, IdsList
@@ -27,6 +28,34 @@ class Monitor(HriNode):
 
     def on_tick(self, now_ns: int) -> None:
         self._said.publish(Float64(data=self.scale))
+
+
+class BothArms(HriNode):
+    """Motion capture of one person with two arms that keep still.
+
+    Attributes:
+        seen: Keypoints (4, 3) [m] of the arms that are said every 4 ms, by side.
+    """
+
+    def __init__(self, seen: dict[str, np.ndarray], body_id: str = "ann", **kwargs: Any) -> None:
+        super().__init__("both_arms", period_s=0.004, **kwargs)
+        self.seen = dict(seen)
+        self._body_id = body_id
+        self._arms = self.announce(HumanArm, f"humans/bodies/{body_id}/arm", SENSOR)
+        self._ids = self.announce(IdsList, "humans/bodies/tracked", LATCHED)
+        self._ids.publish(IdsList(ids=[body_id]))
+
+    def on_tick(self, now_ns: int) -> None:
+        for side, keypoints in self.seen.items():
+            self._arms.publish(
+                HumanArm(
+                    header=Header(stamp=to_time(now_ns), frame_id="world"),
+                    body_id=self._body_id,
+                    side=side,
+                    keypoints=keypoints.ravel(),
+                    valid=[True] * 4,
+                )
+            )
 
 
 class Tracker(HriNode):

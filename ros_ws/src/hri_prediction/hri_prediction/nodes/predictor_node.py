@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections import deque
 from dataclasses import dataclass
 from typing import Any
@@ -14,21 +13,20 @@ from hri_prediction.arm.body_id import valid_body_id
 from hri_prediction.config import parameter, validate
 from hri_prediction.errors import DataError, HriError
 from hri_prediction.prediction.config import PredictorConfig
-from hri_prediction.prediction.facing import FacingWatch
 from hri_prediction.prediction.library import TaskLibrary
 from hri_prediction.prediction.live_scores import LiveFigures
-from hri_prediction.prediction.output import Prediction, ReachState
-from hri_prediction.prediction.predictor import ReachPredictor
+from hri_prediction.prediction.output import ReachState
 from hri_prediction.ros.conversions import (
     check_finite,
     message_from_prediction,
     sample_from_message,
 )
+from hri_prediction.ros.following import FollowedArm, FollowedBody
 from hri_prediction.ros.markers import arm_markers, prediction_markers
 from hri_prediction.ros.messages import HumanArm, HumanPrediction, IdsList, LoadModel
-from hri_prediction.ros.node import ERROR, OK, WARN, CountedPublisher, HriNode, run_node
+from hri_prediction.ros.node import ERROR, OK, WARN, HriNode, run_node
 from hri_prediction.ros.parameters import declare_config
-from hri_prediction.ros.qos import LATCHED, SENSOR, reliable
+from hri_prediction.ros.qos import LATCHED, PREDICTIONS, SENSOR, reliable
 from hri_prediction.ros.time import NANO
 from hri_prediction.warm import warm_kernels
 
@@ -53,22 +51,8 @@ class PredictorNodeConfig:
         validate(self)
 
 
-class _Arm:
-    """Predictor and publisher of one body."""
-
-    def __init__(self, predictor: ReachPredictor, publisher: CountedPublisher) -> None:
-        self.predictor = predictor
-        self.publisher = publisher
-        self.prediction: Prediction | None = None
-        self.facing: FacingWatch | None = None
-        self.turned = ""
-        self.observed_ms: float | None = (
-            None  # what the newest sample took, until it is predicted from
-        )
-
-
 class PredictorNode(HriNode):
-    """Follows every tracked body and predicts its arm."""
+    """Follows every tracked body and predicts each of its arms that is seen."""
 
     def __init__(self, **kwargs: Any) -> None:
         # The period is a parameter, so the timer can only be made after the declaration.
@@ -77,7 +61,7 @@ class PredictorNode(HriNode):
         self._prediction_config = declare_config(self, PredictorConfig)
         self._library = self._load(self._config.library) if self._config.library else None
         self._library_name = self._config.library
-        self._arms: dict[str, _Arm] = {}
+        self._bodies: dict[str, FollowedBody] = {}
         self._compute_ms: deque[float] = deque(maxlen=500)
         self._next_markers_ns = 0
         warm_kernels()
@@ -91,40 +75,38 @@ class PredictorNode(HriNode):
         self.get_logger().info(f"{path}: {len(library.tasks)} tasks, {library.placed}")
         return library
 
-    def _arm(self, publisher: CountedPublisher) -> _Arm:
-        """What follows a body, from now on."""
-        arm = _Arm(ReachPredictor(self._library, self._prediction_config), publisher)
-        arm.facing = FacingWatch(self._library) if self._library is not None else None
-        return arm
+    def _arm(self) -> FollowedArm:
+        """What follows an arm, from now on."""
+        return FollowedArm(self._library, self._prediction_config)
 
     # ------------------------------------------------------------------ inputs
     def _on_ids(self, message: IdsList) -> None:
-        for body_id in [known for known in self._arms if known not in message.ids]:
+        for body_id in [known for known in self._bodies if known not in message.ids]:
             # Trackers give a new id to whoever reappears: what is over must make room.
             self.ignore(_ARM_TOPIC.format(body_id))
-            self.withdraw(self._arms.pop(body_id).publisher)
+            self.withdraw(self._bodies.pop(body_id).publisher)
         for body_id in message.ids:
-            if body_id in self._arms:
+            if body_id in self._bodies:
                 continue
             if not valid_body_id(body_id):
                 self.fault(
                     "bodies", f"body {body_id!r} is not followed: its name is no part of topics"
                 )
                 continue
-            if len(self._arms) >= self._config.max_bodies:
+            if len(self._bodies) >= self._config.max_bodies:
                 self.fault(
-                    "bodies", f"body {body_id!r} is not followed: max_bodies = {len(self._arms)}"
+                    "bodies", f"body {body_id!r} is not followed: max_bodies = {len(self._bodies)}"
                 )
                 continue
             publisher = self.announce(
-                HumanPrediction, f"humans/bodies/{body_id}/prediction", reliable(1)
+                HumanPrediction, f"humans/bodies/{body_id}/prediction", PREDICTIONS
             )
-            self._arms[body_id] = self._arm(publisher)
+            self._bodies[body_id] = FollowedBody(body_id, publisher)
             self.listen(HumanArm, _ARM_TOPIC.format(body_id), self._on_arm, SENSOR)
 
     def _on_arm(self, message: HumanArm) -> None:
-        arm = self._arms.get(message.body_id)
-        if arm is None:
+        body = self._bodies.get(message.body_id)
+        if body is None:
             self.fault("body", f"arm of {message.body_id!r} came on the topic of another body")
             return
         try:
@@ -143,12 +125,10 @@ class PredictorNode(HriNode):
             check_finite(message)
         except DataError as error:
             self.fault("arm", str(error))
-        begin = time.perf_counter()
-        arm.predictor.observe(sample)
-        arm.observed_ms = 1e3 * (time.perf_counter() - begin)
-        if arm.facing is not None and (turned := arm.facing.observe([sample])):
-            arm.turned = turned
-            self.get_logger().warning(f"{message.body_id}: {turned}")
+        if sample.side not in body.arms:
+            body.arms[sample.side] = self._arm()
+        if turned := body.arms[sample.side].observe(sample):
+            self.get_logger().warning(f"{body.name_of(sample.side)}: {turned}")
 
     def _on_load_model(
         self, request: LoadModel.Request, response: LoadModel.Response
@@ -159,7 +139,8 @@ class PredictorNode(HriNode):
             response.success, response.message = False, str(error)
             return response
         self._library_name = request.path
-        self._arms = {body_id: self._arm(arm.publisher) for body_id, arm in self._arms.items()}
+        for body in self._bodies.values():
+            body.arms = {side: self._arm() for side in body.arms}
         response.success = True
         names = ", ".join(task.name for task in self._library.tasks)
         response.message = f"{names}; {self._library.placed}"
@@ -168,30 +149,29 @@ class PredictorNode(HriNode):
     # ------------------------------------------------------------------ work
     def on_tick(self, now_ns: int) -> None:
         """Predict every tracked arm that was ever seen."""
-        for body_id, arm in self._arms.items():
-            begin = time.perf_counter()
-            arm.prediction = arm.predictor.predict(now_ns)
-            spent_ms = 1e3 * (time.perf_counter() - begin)
-            fresh, arm.observed_ms = arm.observed_ms, None
-            if arm.prediction is None:
-                continue
-            if fresh is not None and arm.prediction.state is ReachState.REACHING:
-                self._compute_ms.append(fresh + spent_ms)
-            if arm.prediction.state is ReachState.INVALID:
-                self.fault(f"invalid {body_id}", f"{body_id} invalid: {arm.prediction.reason}")
-            arm.publisher.publish(
-                message_from_prediction(arm.prediction, body_id, self._library_name)
-            )
+        for body in self._bodies.values():
+            for name, arm in body.named_arms():
+                spent_ms = arm.predict(now_ns)
+                if spent_ms is not None:
+                    self._compute_ms.append(spent_ms)
+                if arm.prediction is None:
+                    continue
+                if arm.prediction.state is ReachState.INVALID:
+                    self.fault(f"invalid {name}", f"{name} invalid: {arm.prediction.reason}")
+                body.publisher.publish(
+                    message_from_prediction(arm.prediction, body.body_id, self._library_name)
+                )
         if now_ns >= self._next_markers_ns or self._next_markers_ns - now_ns > NANO:
             self._next_markers_ns = now_ns + MARKER_PERIOD_NS
             self._publish_markers()
 
     def _publish_markers(self) -> None:
         markers = MarkerArray()
-        for body_id, arm in self._arms.items():
-            if arm.prediction is not None:
-                markers.markers += arm_markers(arm.prediction, body_id)
-                markers.markers += prediction_markers(arm.prediction, body_id)
+        for body in self._bodies.values():
+            for name, arm in body.named_arms():
+                if arm.prediction is not None:
+                    markers.markers += arm_markers(arm.prediction, name)
+                    markers.markers += prediction_markers(arm.prediction, name)
         if markers.markers:
             self._markers.publish(markers)
 
@@ -199,32 +179,36 @@ class PredictorNode(HriNode):
         """State of every arm, counts of refused samples, how good predictions were and how fast."""
         figures: dict[str, Any] = {"library": self._library_name or "none (constant velocity)"}
         level, words = OK, []
-        for body_id, arm in self._arms.items():
-            if arm.prediction is None:
-                level, state = max(level, WARN), "not seen yet"
-            elif arm.prediction.state is ReachState.INVALID:
-                level, state = ERROR, f"invalid: {arm.prediction.reason}"
-            else:
-                state = arm.prediction.state.name.lower()
-            words.append(f"{body_id} {state}")
-            if arm.turned:
-                figures[f"{body_id} turned"] = arm.turned
-            for name, count in arm.predictor.counters.items():
-                figures[f"{body_id} {name}"] = count
-            figures |= _figures(body_id, arm.predictor.live_figures())
+        for body in self._bodies.values():
+            if not body.arms:
+                level = max(level, WARN)
+                words.append(f"{body.body_id} not seen yet")
+            for name, arm in body.named_arms():
+                if arm.prediction is None:
+                    level, state = max(level, WARN), "not seen yet"
+                elif arm.prediction.state is ReachState.INVALID:
+                    level, state = ERROR, f"invalid: {arm.prediction.reason}"
+                else:
+                    state = arm.prediction.state.name.lower()
+                words.append(f"{name} {state}")
+                if arm.turned:
+                    figures[f"{name} turned"] = arm.turned
+                for counter, count in arm.predictor.counters.items():
+                    figures[f"{name} {counter}"] = count
+                figures |= _figures(name, arm.predictor.live_figures())
         if self._compute_ms:
             for share in (50, 99):
                 figures[f"latency_ms_p{share}"] = f"{np.percentile(self._compute_ms, share):.3f}"
-        if not self._arms:
+        if not self._bodies:
             return WARN, "no body is tracked", figures
         return level, "; ".join(words), figures
 
 
-def _figures(body_id: str, found: dict[float, LiveFigures]) -> dict[str, Any]:
-    """The figures of a body by the names that they have in the evaluation offline."""
+def _figures(name: str, found: dict[float, LiveFigures]) -> dict[str, Any]:
+    """The figures of an arm by the names that they have in the evaluation offline."""
     named: dict[str, Any] = {}
     for horizon_s, at in found.items():
-        key = f"{body_id} {horizon_s:g} s"
+        key = f"{name} {horizon_s:g} s"
         named[f"{key} n"] = at.n
         named[f"{key} error_median_m"] = f"{at.error_median_m:.4f}"
         named[f"{key} error_mean_m"] = f"{at.error_mean_m:.4f}"

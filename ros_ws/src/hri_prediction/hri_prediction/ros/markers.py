@@ -17,23 +17,23 @@ _ARM = ColorRGBA(r=0.90, g=0.62, b=0.0, a=1.0)
 _TUBE = ColorRGBA(r=0.34, g=0.71, b=0.91, a=0.35)
 
 
-def arm_markers(prediction: Prediction, body_id: str) -> list[Marker]:
-    """The arm now as a line strip through its keypoints."""
-    marker = _marker(prediction, f"{body_id}/arm", 0, Marker.LINE_STRIP)
+def arm_markers(prediction: Prediction, name: str) -> list[Marker]:
+    """The arm of that name now, as a line strip through its keypoints."""
+    marker = _marker(prediction, f"{name}/arm", 0, Marker.LINE_STRIP)
     marker.scale = Vector3(x=0.04, y=0.0, z=0.0)
     marker.color = _ARM
     marker.points = [Point(x=float(x), y=float(y), z=float(z)) for x, y, z in prediction.mean[0]]
     return [marker]
 
 
-def prediction_markers(prediction: Prediction, body_id: str) -> list[Marker]:
+def prediction_markers(prediction: Prediction, name: str) -> list[Marker]:
     """Spheres of two standard deviations (largest axis) along the predicted wrist path."""
     chosen = np.linspace(0, len(prediction.times_s) - 1, TUBE_POINTS).round().astype(int)
     covariance = prediction.covariance[chosen, 2]
     sigma = np.sqrt(np.linalg.eigvalsh(covariance)[:, -1].clip(min=0.0))
     markers = []
     for number, (index, spread) in enumerate(zip(chosen, sigma, strict=True)):
-        marker = _marker(prediction, f"{body_id}/prediction", number, Marker.SPHERE)
+        marker = _marker(prediction, f"{name}/prediction", number, Marker.SPHERE)
         x, y, z = (float(value) for value in prediction.mean[index, 2])
         marker.pose.position = Point(x=x, y=y, z=z)
         size = float(max(4.0 * spread, 0.01))

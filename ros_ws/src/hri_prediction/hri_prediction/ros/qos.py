@@ -9,6 +9,8 @@ from rclpy.qos import (
     ReliabilityPolicy,
 )
 
+from hri_prediction.arm.geometry import SIDES
+
 SENSOR = QoSProfile(
     history=HistoryPolicy.KEEP_LAST, depth=50, reliability=ReliabilityPolicy.BEST_EFFORT
 )
@@ -28,3 +30,7 @@ def reliable(depth: int) -> QoSProfile:
     return QoSProfile(
         history=HistoryPolicy.KEEP_LAST, depth=depth, reliability=ReliabilityPolicy.RELIABLE
     )
+
+
+PREDICTIONS = reliable(len(SIDES))
+"""The newest prediction of each arm of a body: on their common topic neither pushes the other out."""
