@@ -96,7 +96,7 @@ def test_bodies_that_come_and_go_make_room_for_others() -> None:
                 for name in graph.nodes["predictor"].publishers_by_topic
                 if name.startswith("/humans/bodies/")
             ] == predictions
-            assert set(graph.nodes["ptomp"]._heard.predictions) == set(bodies)
+            assert set(graph.nodes["ptomp"]._heard.people_heard()) == set(bodies)
         assert len(graph.log["/humans/bodies/person0/prediction"]) < 12
         # The one who stayed was predicted all the time.
         assert len(graph.log["/humans/bodies/guest/prediction"]) >= 11 * 4

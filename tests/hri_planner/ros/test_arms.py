@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from hri_planner.ros.arms import ArmInputs, TrackedArm
+from hri_planner.supervision.freshness import HeardPerson
 
 MS = 1_000_000
 ARM = np.array(((0.9, 0.0, 0.4), (0.7, 0.1, 0.2), (0.6, 0.05, 0.2), (0.45, 0.1, 0.3)))
@@ -181,7 +182,7 @@ def test_inputs_are_of_those_who_are_tracked() -> None:
     assert inputs.partners(0) == []
     assert inputs.newest_sample_ns() == 0
     for name, ms in (("ann", 8), ("bob", 4)):
-        inputs.take(name, ms * MS, ARM)
+        inputs.take(name, "right", ms * MS, ARM)
     assert inputs.partners(0) == []
     inputs.tracked = ("ann", "bob", "eve")
     assert len(inputs.partners(10 * MS)) == 2
@@ -191,10 +192,30 @@ def test_inputs_are_of_those_who_are_tracked() -> None:
         "bob": 4 * MS,
     }
     # Without a hand it is no sample: the one before grows old.
-    inputs.take("bob", 12 * MS, unseen(ARM, HAND))
+    inputs.take("bob", "right", 12 * MS, unseen(ARM, HAND))
     assert inputs.newest_sample_ns() == 4 * MS
     inputs.forget_body("bob")
     assert len(inputs.partners(10 * MS)) == 1
     inputs.forget()
+    assert inputs.people_heard() == {}
+    assert inputs.arms_now() == []
+
+
+def test_both_arms_of_a_body_are_two() -> None:
+    """As one they would be an arm that jumps to and fro."""
+    inputs = ArmInputs(radii=np.array((0.05, 0.04, 0.05)), tracked=("ann",))
+    for ms in range(0, 60, 4):
+        inputs.take("ann", "right", ms * MS, ARM)
+        if ms < 40:
+            inputs.take("ann", "left", ms * MS, ARM + 0.3)
+    right, left = inputs.arms_now()
+    np.testing.assert_array_equal(right, ARM)
+    np.testing.assert_array_equal(left, ARM + 0.3)
+    for partner in inputs.partners(60 * MS):
+        assert partner.velocity == pytest.approx(np.zeros(3))
+    # One that falls silent is waited for: as old as the body is what is known least of it.
+    assert inputs.people_heard() == {"ann": HeardPerson(36 * MS)}
+    assert inputs.newest_sample_ns() == 36 * MS
+    inputs.forget_body("ann")
     assert inputs.people_heard() == {}
     assert inputs.arms_now() == []

@@ -9,8 +9,9 @@ import pytest
 from hri_planner.robot.model import load_robot
 from hri_planner.ros.inputs import Inputs
 from hri_planner.supervision import freshness
+from hri_planner.supervision.freshness import HeardPerson
 from hri_prediction.errors import DataError
-from hri_prediction.ros.messages import ControllerState
+from hri_prediction.ros.messages import ControllerState, HumanPrediction
 from hri_prediction.ros.time import to_time
 
 NAMES = load_robot().joint_names
@@ -114,3 +115,52 @@ def test_what_cannot_be_used_is_left_out_and_stops_the_robot(
     inputs.joints_ns = NOW_NS + 150_000_000
     found = problem(inputs, NOW_NS + 150_000_000)
     assert "reference is 0.15 s old: the controller's reference" in found
+
+
+def prediction(
+    side: str, y: float, stamp_ns: int = NOW_NS, state: int = HumanPrediction.IDLE
+) -> HumanPrediction:
+    """Of an arm at rest, all of it at one place."""
+    message = HumanPrediction(body_id="ann", side=side, state=state, reason="blind")
+    message.header.stamp, message.header.frame_id = to_time(stamp_ns), "world"
+    message.times = [0.0, 0.1]
+    message.mean = np.tile([0.5, y, 0.2], 8)
+    message.covariance = np.tile(1e-4 * np.eye(3), (8, 1, 1)).ravel()
+    return message
+
+
+def test_each_arm_of_a_body_is_planned_around(inputs: Inputs) -> None:
+    inputs.tracked = ("ann",)
+    inputs.take_prediction(prediction("right", 0.0))
+    inputs.take_prediction(prediction("left", 0.4))
+    assert [arm[3, 1] for arm in inputs.arms_now()] == [0.0, 0.4]
+    assert len(inputs.forecasts(NOW_NS)) == len(inputs.uncertainties) == 2
+    # What the other arm is predicted to do says nothing of this one.
+    for step in range(1, 40):
+        stamp_ns = NOW_NS + step * 20_000_000
+        inputs.take_prediction(prediction("right", 0.0, stamp_ns))
+        inputs.take_prediction(prediction("left", 0.4, stamp_ns))
+    assert inputs.errors == [0.0, 0.0]
+    assert inputs.people_heard() == {"ann": HeardPerson(stamp_ns, reason="right arm: blind")}
+    inputs.forget_body("ann")
+    assert inputs.forecasts(NOW_NS) == []
+
+
+def test_an_arm_that_is_invalid_or_silent_stops_the_robot(inputs: Inputs) -> None:
+    inputs.tracked = ("ann",)
+    inputs.take_prediction(prediction("right", 0.0))
+    assert problem(inputs) == ""
+    inputs.take_prediction(prediction("left", 0.4, state=HumanPrediction.INVALID))
+    assert problem(inputs) == "the prediction of ann is invalid: left arm: blind"
+    assert len(inputs.forecasts(NOW_NS)) == len(inputs.errors) == 1
+    inputs.take_prediction(prediction("left", 0.4, NOW_NS - 90_000_000))
+    assert problem(inputs) == "the newest sample behind the prediction of ann is 0.090 s old"
+    assert inputs.newest_sample_ns() == NOW_NS - 90_000_000
+    inputs.take_prediction(prediction("left", 0.4))
+    assert problem(inputs) == ""
+
+
+def test_a_prediction_of_no_arm_is_refused(inputs: Inputs) -> None:
+    with pytest.raises(DataError, match="has side ''; expected 'left' or 'right'"):
+        inputs.take_prediction(prediction("", 0.0))
+    assert inputs.people_heard() == {}

@@ -9,7 +9,8 @@ from std_msgs.msg import Header
 from hri_planner.ros.people import People
 from hri_planner.separation.config import BOTH, SEEN, BodyConfig, ReleaseConfig
 from hri_planner.separation.parts import parts_of
-from hri_prediction.ros.messages import HumanArm
+from hri_prediction.errors import DataError
+from hri_prediction.ros.messages import HumanArm, HumanPrediction
 from hri_prediction.ros.time import to_time
 
 ARM = np.array([[0.9, 0.2, 0.4], [0.85, 0.2, 0.12], [0.6, 0.2, 0.1], [0.5, 0.2, 0.1]])
@@ -110,3 +111,29 @@ def test_who_has_left_is_let_go_though_the_clock_went_back() -> None:
     made.forget()  # what was said at later times means nothing
     assert made.gone(10 * MS) == []
     assert made.gone(511 * MS) == ["ann"]
+
+
+def prediction(side: str, state: int = HumanPrediction.IDLE) -> HumanPrediction:
+    return HumanPrediction(
+        header=Header(stamp=to_time(100 * MS), frame_id="world"),
+        body_id="ann",
+        side=side,
+        state=state,
+        times=[0.0, 0.1],
+        mean=np.tile(ARM, (2, 1)).ravel(),
+        covariance=np.tile(1e-4 * np.eye(3), (8, 1, 1)).ravel(),
+    )
+
+
+def test_each_arm_has_its_own_prediction() -> None:
+    made, radii = people(), np.full(3, 0.05)
+    for side in ("left", "right"):
+        made.take_prediction(prediction(side), radii)
+    assert set(made.predictions(104 * MS)) == {("ann", "left"), ("ann", "right")}
+    made.take_prediction(prediction("left", HumanPrediction.INVALID), radii)
+    assert set(made.predictions(104 * MS)) == {("ann", "right")}
+    with pytest.raises(DataError, match="has side 'both'"):
+        made.take_prediction(prediction("both"), radii)
+    made.take_prediction(prediction("left"), radii)
+    made.forget_body("ann")
+    assert made.predictions(104 * MS) == {}

@@ -136,16 +136,16 @@ class AdaptationNode(HriNode):
         if self._recording is not None and self.stage == MOVING:
             self._recording.joints(to_ns(message.header.stamp), self._heard.q)
 
-    def hand_seen(self, body_id: str, stamp_ns: int, tip: NDArray[np.float64]) -> None:
-        """Take the place of a hand (3,) [m] with its stamp [ns]."""
+    def hand_seen(self, whose: str, stamp_ns: int, tip: NDArray[np.float64]) -> None:
+        """Take the place of a hand (3,) [m], by any name of its own, with its stamp [ns]."""
         try:
             check_clock("a hand", stamp_ns, self.now_ns())
         except DataError as error:
             self.fault("hand", str(error))
             return
-        self._stirring.hand(body_id, stamp_ns, tip)
+        self._stirring.hand(whose, stamp_ns, tip)
         if self._recording is not None:
-            self._recording.hand(body_id, stamp_ns, tip)
+            self._recording.hand(whose, stamp_ns, tip)
 
     def _on_guess(self, message: GoalGuess) -> None:
         try:
@@ -380,9 +380,10 @@ class _Hands(BodyTopics):
     def take_one(self, body_id: str, message: HumanArm) -> None:
         """Take a sample."""
         sample = sample_from_message(message)
-        self._arms.take(body_id, sample.stamp_ns, sample.keypoints)
+        self._arms.take(body_id, sample.side, sample.stamp_ns, sample.keypoints)
         if np.isfinite(sample.keypoints[3]).all():
-            self._adaptation.hand_seen(body_id, sample.stamp_ns, sample.keypoints[3])
+            whose = f"{body_id} {sample.side}"
+            self._adaptation.hand_seen(whose, sample.stamp_ns, sample.keypoints[3])
 
 
 def main(args: list[str] | None = None) -> int:

@@ -57,14 +57,14 @@ class Stirring:
         self._rests: dict[str, FloatArray] = {}
         self._moved_ns: int | None = None
 
-    def hand(self, body_id: str, stamp_ns: int, tip: FloatArray) -> None:
+    def hand(self, whose: str, stamp_ns: int, tip: FloatArray) -> None:
         """Take the place of a hand (3,) [m] with its stamp [ns]."""
         if all(np.linalg.norm(place - tip) > BESIDE_M for place in self._targets):
-            self._rests.pop(body_id, None)
+            self._rests.pop(whose, None)
             return
-        rest = self._rests.get(body_id)
+        rest = self._rests.get(whose)
         if rest is None or np.linalg.norm(tip - rest) > STILL_M:
-            self._rests[body_id] = np.array(tip, dtype=float)
+            self._rests[whose] = np.array(tip, dtype=float)
             self._moved_ns = stamp_ns
 
     def since(self, now_ns: int) -> int:
@@ -143,9 +143,9 @@ class Recording:
         self._stamps.append(stamp_ns)
         self._joints.append(np.array(q, dtype=float))
 
-    def hand(self, body_id: str, stamp_ns: int, tip: FloatArray) -> None:
+    def hand(self, whose: str, stamp_ns: int, tip: FloatArray) -> None:
         """Take the place of a hand (3,) [m] with its stamp [ns]; those out of order are left out."""
-        stamps, places = self._hands.setdefault(body_id, ([], []))
+        stamps, places = self._hands.setdefault(whose, ([], []))
         if stamps and stamp_ns <= stamps[-1]:
             return
         stamps.append(stamp_ns)

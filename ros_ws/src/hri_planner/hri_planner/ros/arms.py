@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hri_planner.policy.partner import Partner
 from hri_planner.ros.bodies import BodyTopics
 from hri_planner.ros.inputs import RobotInputs
-from hri_planner.supervision.freshness import HeardPerson
+from hri_planner.supervision.freshness import HeardPerson, worst_of
 from hri_prediction.ros.conversions import check_finite, sample_from_message
 from hri_prediction.ros.messages import HumanArm
 from hri_prediction.ros.node import HriNode
@@ -43,7 +43,7 @@ _NEVER_NS = -(1 << 62)
 
 @dataclass(eq=False)
 class TrackedArm:
-    """One body's newest samples.
+    """One arm's newest samples.
 
     A joint that is not seen, or seems to jump, goes along with the hand as it was last seen beside it;
     when it is seen again, its speed is taken to be the hand's until samples say otherwise.
@@ -163,22 +163,27 @@ class ArmInputs(RobotInputs):
 
     what: ClassVar[str] = "arm"
 
-    _arms: dict[str, TrackedArm] = field(default_factory=dict)
+    _arms: dict[str, dict[str, TrackedArm]] = field(default_factory=dict)
 
     def people_heard(self) -> dict[str, HeardPerson]:
-        """From when the newest sample of each hand is."""
-        return {body_id: HeardPerson(arm.times_ns[-1]) for body_id, arm in self._arms.items()}
+        """From when the newest sample of each person's hand is; of both hands the older."""
+        return {
+            body_id: worst_of(HeardPerson(arm.times_ns[-1]) for arm in arms.values())
+            for body_id, arms in self._arms.items()
+        }
 
-    def take(self, body_id: str, stamp_ns: int, keypoints: FloatArray) -> None:
+    def take(self, body_id: str, side: str, stamp_ns: int, keypoints: FloatArray) -> None:
         """Take a sample of an arm; one in which the hand is not seen counts as none.
 
         Args:
             body_id: Whose.
+            side: Which of theirs, ``left`` or ``right``.
             stamp_ns: Capture time [ns].
             keypoints: Shoulder, elbow, wrist, hand tip (4, 3) [m]; NaN where not seen.
         """
         if np.isfinite(keypoints[HAND_TIP]).all():
-            self._arms.setdefault(body_id, TrackedArm()).add(stamp_ns, keypoints)
+            arms = self._arms.setdefault(body_id, {})
+            arms.setdefault(side, TrackedArm()).add(stamp_ns, keypoints)
 
     def forget(self) -> None:
         """Drop all that was heard, because its stamps mean nothing any more."""
@@ -190,7 +195,7 @@ class ArmInputs(RobotInputs):
         self._arms.pop(body_id, None)
 
     def partners(self, time_ns: int) -> list[Partner]:
-        """The hands of all tracked bodies, extrapolated to a time [ns]."""
+        """The arms of all tracked bodies, extrapolated to a time [ns]."""
         return [arm.partner(time_ns) for arm in self._tracked()]
 
     def arms_now(self) -> list[FloatArray]:
@@ -202,7 +207,8 @@ class ArmInputs(RobotInputs):
         return min((arm.times_ns[-1] for arm in self._tracked()), default=0)
 
     def _tracked(self) -> Iterator[TrackedArm]:
-        return (self._arms[body_id] for body_id in self.tracked or () if body_id in self._arms)
+        bodies = (self._arms.get(body_id, {}) for body_id in self.tracked or ())
+        return (arm for arms in bodies for arm in arms.values())
 
 
 class Arms(BodyTopics):
@@ -217,5 +223,5 @@ class Arms(BodyTopics):
     def take_one(self, body_id: str, message: HumanArm) -> None:
         """Take a sample."""
         sample = sample_from_message(message)
-        self._inputs.take(body_id, sample.stamp_ns, sample.keypoints)
+        self._inputs.take(body_id, sample.side, sample.stamp_ns, sample.keypoints)
         check_finite(message)

@@ -12,7 +12,7 @@ from hri_prediction.arm.body_id import valid_body_id
 from hri_prediction.errors import DataError
 from hri_prediction.ros.messages import HumanPrediction, IdsList
 from hri_prediction.ros.node import HriNode
-from hri_prediction.ros.qos import reliable
+from hri_prediction.ros.qos import PREDICTIONS
 
 
 class Followed(Protocol):
@@ -94,7 +94,7 @@ class BodyTopics(ABC):
 class Bodies(BodyTopics):
     """Predictions of tracked bodies, which are checked before they are taken."""
 
-    what, message, qos = "prediction", HumanPrediction, reliable(1)
+    what, message, qos = "prediction", HumanPrediction, PREDICTIONS
 
     def __init__(self, node: HriNode, inputs: Inputs) -> None:
         super().__init__(node, inputs)

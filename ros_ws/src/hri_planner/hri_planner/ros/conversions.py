@@ -14,6 +14,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from hri_planner.ptomp.forecast import HumanForecast, forecast_of
 from hri_planner.ptomp.plan import JointPlan
+from hri_prediction.arm.geometry import SIDES
 from hri_prediction.errors import DataError
 from hri_prediction.ros.conversions import WORLD, flat
 from hri_prediction.ros.messages import ControllerState, HumanPrediction
@@ -58,6 +59,19 @@ def forecast_from_message(
         covariance,
         radii,
     )
+
+
+def check_side(message: HumanPrediction) -> None:
+    """Refuse a prediction that does not say which arm it is of.
+
+    Raises:
+        DataError: when its side is none.
+    """
+    if message.side not in SIDES:
+        raise DataError(
+            f"prediction of {message.body_id!r} has side {message.side!r}",
+            expected=" or ".join(map(repr, SIDES)),
+        )
 
 
 def trajectory_message(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import ClassVar
 
@@ -13,8 +14,8 @@ from numpy.typing import NDArray
 from hri_planner.ptomp.forecast import HumanForecast
 from hri_planner.ptomp.situation import WRIST, PredictionError, uncertainty
 from hri_planner.robot.model import RobotModel
-from hri_planner.ros.conversions import forecast_from_message, reference_from_message
-from hri_planner.supervision.freshness import Controller, Heard, HeardPerson
+from hri_planner.ros.conversions import check_side, forecast_from_message, reference_from_message
+from hri_planner.supervision.freshness import Controller, Heard, HeardPerson, worst_of
 from hri_prediction.errors import DataError
 from hri_prediction.geometry.segments import capsule_distances
 from hri_prediction.ros.messages import ControllerState, HumanPrediction
@@ -129,69 +130,96 @@ class RobotInputs(ABC):
 
 
 @dataclass
+class _PredictedArm:
+    """What is predicted of one arm.
+
+    Attributes:
+        message: The newest prediction; it may be INVALID.
+        uncertainty: Of that prediction [m].
+        error: Of the predictions so far.
+    """
+
+    message: HumanPrediction
+    uncertainty: float = 0.0
+    error: PredictionError = field(default_factory=PredictionError)
+
+    @property
+    def valid(self) -> bool:
+        """Whether it may be used."""
+        return bool(self.message.state != HumanPrediction.INVALID)
+
+    def heard(self, name: str) -> HeardPerson:
+        """From when it is, and whether it may be used; why not, with the arm's name before it."""
+        return HeardPerson(
+            to_ns(self.message.header.stamp),
+            invalid=not self.valid,
+            reason=name + self.message.reason,
+        )
+
+
+@dataclass
 class Inputs(RobotInputs):
-    """Newest inputs of a planner that hears predictions of people."""
+    """Newest inputs of a planner that hears predictions of people, of one arm or of both."""
 
     what = "prediction"
 
-    predictions: dict[str, HumanPrediction] = field(default_factory=dict)
-    _uncertainty: dict[str, float] = field(default_factory=dict)
-    _error: dict[str, PredictionError] = field(default_factory=dict)
+    _arms: dict[str, dict[str, _PredictedArm]] = field(default_factory=dict)
 
     def people_heard(self) -> dict[str, HeardPerson]:
-        """From when each prediction is, and whether it may be used."""
+        """From when each prediction is, and whether it may be used; of both arms the worse."""
         return {
-            body_id: HeardPerson(
-                to_ns(message.header.stamp),
-                invalid=message.state == HumanPrediction.INVALID,
-                reason=message.reason,
+            body_id: worst_of(
+                arm.heard(f"{side} arm: " if len(arms) > 1 else "") for side, arm in arms.items()
             )
-            for body_id, message in self.predictions.items()
+            for body_id, arms in self._arms.items()
         }
 
     def forget(self) -> None:
         """Drop what the robot and the predictor said, because its stamps mean nothing any more."""
         super().forget()
-        for body_id in list(self.predictions):
-            self.forget_body(body_id)
+        self._arms.clear()
 
     def take_prediction(self, message: HumanPrediction) -> None:
-        """Take what is predicted of a body.
+        """Take what is predicted of one of a body's arms.
 
         Checked here, so that a bad message is named and never reaches the optimiser.
 
         Raises:
             DataError: when it cannot be used; the one before stays, and grows old.
         """
-        body_id = message.body_id
-        if message.state == HumanPrediction.INVALID:
-            self.forget_body(body_id)
-        else:
+        check_side(message)
+        arm = _PredictedArm(message)
+        if arm.valid:
             forecast = forecast_from_message(message, 0, self.radii)
-            self._uncertainty[body_id] = uncertainty(forecast)
-            error = self._error.setdefault(body_id, PredictionError())
+            arm.uncertainty = uncertainty(forecast)
+            before = self._arms.get(message.body_id, {}).get(message.side)
+            if before is not None:
+                arm.error = before.error
             wrist = np.asarray(forecast.mean, dtype=float)[:, WRIST]
-            error.observe(forecast.time0_s, np.asarray(message.times, dtype=float), wrist)
-        self.predictions[body_id] = message
+            arm.error.observe(forecast.time0_s, np.asarray(message.times, dtype=float), wrist)
+        self._arms.setdefault(message.body_id, {})[message.side] = arm
 
     def forget_body(self, body_id: str) -> None:
         """Drop what is known of a body."""
-        for known in (self.predictions, self._uncertainty, self._error):
-            known.pop(body_id, None)
+        self._arms.pop(body_id, None)
 
     @property
     def uncertainties(self) -> list[float]:
         """Of the prediction of each arm that is in use [m]."""
-        return list(self._uncertainty.values())
+        return [arm.uncertainty for arm in self._valid(self._arms)]
 
     @property
     def errors(self) -> list[float]:
         """Of the predictions of each arm that is in use [m]."""
-        return [error.rms for error in self._error.values()]
+        return [arm.error.rms for arm in self._valid(self._arms)]
+
+    def _valid(self, bodies: Iterable[str]) -> list[_PredictedArm]:
+        """Arms of these bodies whose predictions may be used."""
+        arms = (arm for body_id in bodies for arm in self._arms.get(body_id, {}).values())
+        return [arm for arm in arms if arm.valid]
 
     def _used(self) -> list[HumanPrediction]:
-        found = (self.predictions.get(body_id) for body_id in self.tracked or ())
-        return [p for p in found if p is not None and p.state != HumanPrediction.INVALID]
+        return [arm.message for arm in self._valid(self.tracked or ())]
 
     def forecasts(self, origin_ns: int) -> list[HumanForecast]:
         """Forecasts of all tracked arms on a plan clock that is zero at ``origin_ns``."""

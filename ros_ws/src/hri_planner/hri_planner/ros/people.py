@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hri_planner.ros.bodies import BodyTopics
-from hri_planner.ros.conversions import forecast_from_message
+from hri_planner.ros.conversions import check_side, forecast_from_message
 from hri_planner.separation.config import BOTH, ReleaseConfig
 from hri_planner.separation.monitor import ArmPrediction
 from hri_planner.separation.parts import SeenArm
@@ -20,7 +20,7 @@ from hri_prediction.errors import DataError
 from hri_prediction.ros.conversions import check_finite, sample_from_message
 from hri_prediction.ros.messages import HumanArm, HumanPrediction
 from hri_prediction.ros.node import HriNode
-from hri_prediction.ros.qos import SENSOR, reliable
+from hri_prediction.ros.qos import PREDICTIONS, SENSOR
 from hri_prediction.ros.time import NANO, to_ns
 
 FloatArray = NDArray[np.float64]
@@ -40,7 +40,7 @@ class People:
     measures: bool = True
     tracked: tuple[str, ...] | None = None
     _watches: dict[str, dict[str, ArmWatch]] = field(default_factory=dict)
-    _predictions: dict[str, HumanPrediction] = field(default_factory=dict)
+    _predictions: dict[str, dict[str, HumanPrediction]] = field(default_factory=dict)
     _left: dict[str, int] = field(default_factory=dict)
     _now_ns: int = 0
 
@@ -71,15 +71,17 @@ class People:
             )
 
     def take_prediction(self, message: HumanPrediction, radii: FloatArray) -> None:
-        """Take what is predicted of a body's arm; an invalid prediction is none.
+        """Take what is predicted of one of a body's arms; an invalid prediction is none.
 
         Raises:
-            DataError: when it cannot be used; then there is none.
+            DataError: when it cannot be used; then there is none of that arm.
         """
-        self._predictions.pop(message.body_id, None)
+        arms = self._predictions.setdefault(message.body_id, {})
+        arms.pop(message.side, None)
+        check_side(message)
         if message.state != HumanPrediction.INVALID:
             forecast_from_message(message, 0, radii)  # checks it
-            self._predictions[message.body_id] = message
+            arms[message.side] = message
 
     def forget_body(self, body_id: str) -> None:
         """A body is no longer listed; it is reckoned with until it has not been seen for a while."""
@@ -168,12 +170,12 @@ class People:
     def predictions(self, now_ns: int) -> Mapping[tuple[str, str], ArmPrediction]:
         """What is predicted, by body id and side; of a dead predictor nothing."""
         found = {}
-        for body_id, message in self._predictions.items():
+        for message in (each for arms in self._predictions.values() for each in arms.values()):
             count = len(message.times)
             age = (now_ns - to_ns(message.header.stamp)) / NANO
             if not -self.config.max_future <= age <= self.config.max_prediction_age:
                 continue
-            found[body_id, message.side] = ArmPrediction(
+            found[message.body_id, message.side] = ArmPrediction(
                 age,
                 np.asarray(message.times, dtype=float),
                 np.asarray(message.mean, dtype=float).reshape(count, 4, 3),
@@ -221,7 +223,7 @@ class WatchedPredictions(BodyTopics):
         radii: Of upper arm, forearm and hand (3,) [m].
     """
 
-    what, message, qos = "prediction", HumanPrediction, reliable(1)
+    what, message, qos = "prediction", HumanPrediction, PREDICTIONS
 
     def __init__(self, node: HriNode, people: People, radii: FloatArray) -> None:
         super().__init__(node, people)

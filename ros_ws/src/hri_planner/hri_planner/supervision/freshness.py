@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 NANO = 1_000_000_000
@@ -55,6 +55,15 @@ class HeardPerson:
     stamp_ns: int
     invalid: bool = False
     reason: str = ""
+
+
+def worst_of(arms: Iterable[HeardPerson]) -> HeardPerson:
+    """What is known of a person of several arms: no more than of the arm that is known least of.
+
+    Args:
+        arms: At least one.
+    """
+    return min(arms, key=lambda arm: (not arm.invalid, arm.stamp_ns))
 
 
 @dataclass(frozen=True)
