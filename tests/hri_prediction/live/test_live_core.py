@@ -134,6 +134,21 @@ def test_two_arms_and_no_hand_tip():
     assert np.linalg.norm(first.keypoints[3] - first.keypoints[2]) == pytest.approx(0.09)
 
 
+def test_both_arms_of_a_body_have_names_of_their_own():
+    names = ("RSHO", "RELB", "RWRA", "LSHO", "LELB", "LWRA")
+    live = stream(
+        MarkerLayout(names, 100.0, "+z"),
+        LiveBody("ann", "shoulder=RSHO,elbow=RELB,wrist=RWRA", "right"),
+        LiveBody("ann", "shoulder=LSHO,elbow=LELB,wrist=LWRA", "left"),
+    )
+    found = live.samples(np.vstack([REST[:3], REST[:3] + 1000.0]), 7)
+    assert [(body, sample.side) for body, sample in found] == [("ann", "right"), ("ann", "left")]
+    assert live.mappings == {
+        "ann right": "shoulder=RSHO,elbow=RELB,wrist=RWRA, side right",
+        "ann left": "shoulder=LSHO,elbow=LELB,wrist=LWRA, side left",
+    }
+
+
 def test_a_guess_must_be_agreed_to():
     with pytest.raises(ConfigError, match=r"not yet agreed to: ann: shoulder=RSHO.*accept_guess"):
         stream(LAYOUT, LiveBody("ann"))

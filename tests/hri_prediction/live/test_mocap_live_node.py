@@ -132,6 +132,26 @@ def test_frames_become_arms_on_the_topics_of_motion_capture(rig: Rig, server: Qt
     assert np.ptp(late[20:]) < 20e-3
 
 
+def test_both_arms_of_a_body_come_on_its_topic(rig: Rig) -> None:
+    other = PLACES - np.array([400.0, 0.0, 0.0])
+    labels = (*LABELS, *(name.replace("R", "L", 1) for name in LABELS))
+    maps = [MAP, "shoulder=LSHO,elbow=LELB,wrist=LWRA+LWRB,hand_tip=LFIN"]
+    with QtmServer(np.concatenate((PLACES, other), axis=1), labels) as server:
+        node = rig.start(server, bodies=["ann", "ann"], maps=maps, sides=["right", "left"])
+        rig.until(lambda: len(rig.arms) >= 60, "arms")
+    assert [list(m.ids) for m in rig.ids] == [["ann"]]
+    shoulders: dict[int, dict[str, np.ndarray]] = {}
+    for message in rig.arms:
+        assert message.body_id == "ann"
+        sample = sample_from_message(message)
+        shoulders.setdefault(sample.stamp_ns, {})[sample.side] = sample.keypoints[0]
+    both = [each for each in shoulders.values() if len(each) == 2]
+    assert len(both) >= 25
+    for each in both:
+        np.testing.assert_allclose(each["right"] - each["left"], [0.4, 0.0, 0.0], atol=1e-6)
+    assert {"ann right", "ann left"} <= node.health()[2].keys()
+
+
 def test_lost_stream_goes_on_and_the_bodies_stay_tracked(rig: Rig, server: QtmServer) -> None:
     node = rig.start(server)
     rig.until(lambda: len(rig.arms) >= 20, "arms")
@@ -194,7 +214,15 @@ def test_labels_that_do_not_fit_any_more(rig: Rig, server: QtmServer) -> None:
     ("values", "match"),
     [
         ({"maps": ["shoulder=A"]}, "the mapping has no elbow"),
-        ({"bodies": ["a", "a"]}, "bodies = .*different names"),
+        ({"bodies": ["a", "a"], "maps": [MAP, MAP]}, "different bodies, or left and right"),
+        (
+            {"bodies": ["a", "a"], "maps": [MAP, MAP], "sides": ["left", "left"]},
+            "different bodies, or left and right",
+        ),
+        (
+            {"bodies": ["a"] * 3, "maps": [MAP] * 3, "sides": ["left", "right", "left"]},
+            "different bodies, or left and right",
+        ),
         ({"bodies": ["a b"]}, "letters, digits and _"),
         ({"bodies": ["a", "b"], "maps": [MAP]}, "maps has 1 entries; expected 2"),
         ({"bodies": ["a", "b"], "maps": [""]}, "several bodies need maps"),

@@ -72,7 +72,7 @@ class ArmStream:
 
     Args:
         layout: What the source says.
-        bodies: Arms to be followed.
+        bodies: Arms to be followed; both arms of a body are two, with the same id.
         placement: Laboratory (z up) to world.
         axes: As ``--axes`` of the import; ``auto`` for what the source says.
         accept_guess: Use guessed mappings and sides; otherwise they are an error that names them.
@@ -108,11 +108,14 @@ class ArmStream:
                 f"guessed and not yet agreed to: {'; '.join(guesses)}",
                 hint="give it as the parameters maps and sides, or set accept_guess",
             )
+        ids = [body_id for body_id, _, _ in self._arms]
         self.mappings = {
-            body_id: f"{mapping.text(markers.labels)}, side {side}"
+            body_id if ids.count(body_id) == 1 else f"{body_id} {side}": (
+                f"{mapping.text(markers.labels)}, side {side}"
+            )
             for body_id, side, mapping in self._arms
         }
-        """What each arm is made of, for people."""
+        """What each arm is made of, for people, by its body's name; by name and side where it has both."""
 
     def samples(self, positions: FloatArray, stamp_ns: int) -> list[tuple[str, ArmSample]]:
         """Body id and sample of every arm; keypoints whose markers are missing are not valid.

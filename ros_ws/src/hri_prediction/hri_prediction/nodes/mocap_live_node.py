@@ -9,6 +9,7 @@ from typing import Any
 from std_msgs.msg import Header
 
 from hri_prediction.arm.body_id import BODY_ID_RULE, valid_body_id
+from hri_prediction.arm.geometry import SIDES
 from hri_prediction.config import parameter, validate
 from hri_prediction.errors import ConfigError, HriError
 from hri_prediction.live.arm_stream import ArmStream, LiveBody, MarkerLayout
@@ -47,7 +48,9 @@ class MocapLiveConfig:
         low=0.0,
         high=0.2,
     )
-    bodies: tuple[str, ...] = parameter(("person1",), "Body id of each arm to be followed")
+    bodies: tuple[str, ...] = parameter(
+        ("person1",), "Body id of each arm to be followed; for both arms of a body twice the same"
+    )
     maps: tuple[str, ...] = parameter(
         ("",),
         "Markers of each arm, as import_mocap.py --map takes them: shoulder=A,elbow=B,wrist=C+D"
@@ -71,10 +74,8 @@ class MocapLiveConfig:
     def __post_init__(self) -> None:
         validate(self)
         named = all(valid_body_id(body) for body in self.bodies)
-        if not (self.bodies and named) or len(set(self.bodies)) < len(self.bodies):
-            raise ConfigError(
-                f"bodies = {list(self.bodies)}", expected=f"different names of {BODY_ID_RULE}"
-            )
+        if not (self.bodies and named):
+            raise ConfigError(f"bodies = {list(self.bodies)}", expected=f"names of {BODY_ID_RULE}")
         for name in ("maps", "sides"):
             values = getattr(self, name)
             if len(values) != len(self.bodies) and any(values):
@@ -83,6 +84,14 @@ class MocapLiveConfig:
                 )
         if len(self.bodies) > 1 and not (self.maps and all(self.maps)):
             raise ConfigError("several bodies need maps", expected="one mapping for each body")
+        for body in set(self.bodies):
+            arms = [index for index, other in enumerate(self.bodies) if other == body]
+            sides = [self.sides[index] for index in arms] if any(self.sides) else []
+            if len(arms) > 1 and sorted(sides) != list(SIDES):
+                raise ConfigError(
+                    f"bodies = {list(self.bodies)} with sides = {list(self.sides)}",
+                    expected="different bodies, or left and right as the sides of one named twice",
+                )
 
     def live_bodies(self) -> list[LiveBody]:
         """The arms to be followed.
@@ -129,11 +138,11 @@ class MocapLiveNode(HriNode):
         self._delay_ns = 0
         self._arms: dict[str, CountedPublisher] = {
             body: self.announce(HumanArm, f"humans/bodies/{body}/arm", SENSOR)
-            for body in config.bodies
+            for body in dict.fromkeys(config.bodies)
         }
         self._ids = self.announce(IdsList, "humans/bodies/tracked", LATCHED)
         header = Header(stamp=to_time(self.now_ns()), frame_id=WORLD)
-        self._ids.publish(IdsList(header=header, ids=list(config.bodies)))
+        self._ids.publish(IdsList(header=header, ids=list(self._arms)))
         self._client = QtmClient(
             config.host,
             config.port,
@@ -179,8 +188,8 @@ class MocapLiveNode(HriNode):
         log = self.get_logger()
         rate = f" at {layout.rate_hz:g} Hz" if layout.rate_hz else ""
         log.info(f"QTM streams {len(layout.names)} markers{rate}; {self._stream.axes.why}")
-        for body, text in self._stream.mappings.items():
-            log.info(f"{body}: {text}")
+        for arm, text in self._stream.mappings.items():
+            log.info(f"{arm}: {text}")
 
     def _publish(self, frame: QtmFrame) -> None:
         if self._number is not None and self._number < frame.number and not self._config.rate:
