@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 from collections import defaultdict
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 import pytest
@@ -24,6 +26,7 @@ HEADING = "## A recording through the live predictor"
 IMPORT, TRAIN, PREDICTOR, RECORDER, REPLAY, COMPARE = recipe("docs/recordings.md", HEADING)
 SOURCE, PREDICTED, LIBRARY = "runs/reach_bag", "runs/predicted", "runs/library/library.npz"
 PERIOD_S = 0.02
+T = TypeVar("T")
 
 
 def replay(terminals: Terminals) -> str:
@@ -43,16 +46,17 @@ def check(folder: Path, body: str) -> dict[ReachState, int]:
     Returns:
         Number of live predictions by their state.
     """
-    source = arm_samples(BagReader(folder / SOURCE))[body]
+    (source,) = _of(body, arm_samples(BagReader(folder / SOURCE)))
     live = BagReader(folder / PREDICTED)
-    played = arm_samples(live)[body]
+    (played,) = _of(body, arm_samples(live))
     assert len(played) == len(source)
     shift = played[0].stamp_ns - source[0].stamp_ns
     offline: dict[int, list[Prediction]] = defaultdict(list)
     for _, prediction in predict_bag(folder / SOURCE, TaskLibrary.load(folder / LIBRARY)):
         offline[prediction.stamp_ns + shift].append(prediction)
     counts = dict.fromkeys(ReachState, 0)
-    for found in recorded_predictions(live)[body].predictions:
+    (recorded,) = _of(body, recorded_predictions(live))
+    for found in recorded.predictions:
         counts[found.state] += 1
         if found.state is ReachState.INVALID:
             continue  # the clock says so, of samples that have ended
@@ -62,6 +66,11 @@ def check(folder: Path, body: str) -> dict[ReachState, int]:
     # A busy machine may drop ticks.
     assert valid > 0.7 * (source[-1].stamp_ns - source[0].stamp_ns) * 1e-9 / PERIOD_S
     return counts
+
+
+def _of(body: str, arms: Mapping[tuple[str, str], T]) -> list[T]:
+    """What there is of the arms of a body."""
+    return [found for (whose, _), found in arms.items() if whose == body]
 
 
 def same(found: Prediction, expected: Prediction, shift: int) -> bool:
@@ -97,7 +106,8 @@ def test_the_recipe_for_a_simulated_recording(
     monkeypatch.chdir(terminals.folder)
     exec(block("docs/recordings.md", HEADING, "python"), {})
     assert len(capsys.readouterr().out.splitlines()) == 200
-    (library,) = recorded_predictions(BagReader(terminals.folder / PREDICTED))["ann"].libraries
+    (recorded,) = _of("ann", recorded_predictions(BagReader(terminals.folder / PREDICTED)))
+    (library,) = recorded.libraries
     assert library == LIBRARY
     assert [t.name for t in TaskLibrary.load(terminals.folder / LIBRARY).tasks] == ["cup"]
 

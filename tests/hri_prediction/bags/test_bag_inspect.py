@@ -76,6 +76,32 @@ def test_an_empty_bag(tmp_path: Path) -> None:
     assert (report.messages, report.duration_s, report.topics) == (0, 0.0, ())
 
 
+def test_both_arms_of_a_body_come_back_as_two_tracks(tmp_path: Path) -> None:
+    pytest.importorskip("hri_msgs.msg")
+    from rclpy.serialization import serialize_message
+
+    from hri_prediction.bags.arms import arm_tracks
+    from hri_prediction.ros.conversions import message_from_sample
+    from hri_prediction.tracks.track import ArmSample
+
+    points = {"right": np.ones((4, 3)), "left": np.zeros((4, 3))}
+    with BagWriter(tmp_path / "run") as writer:
+        channel = writer.add_topic(TopicInfo("/humans/bodies/ann/arm", "hri_msgs/msg/HumanArm"))
+        for index in range(40):
+            stamp = NS + index * 4_000_000
+            for side, keypoints in points.items():
+                sample = ArmSample(stamp, keypoints, np.ones(4, dtype=bool), side)
+                data = serialize_message(message_from_sample(sample, "ann"))
+                writer.write(channel, data, stamp)
+    tracks = arm_tracks(tmp_path / "run")
+    assert [(track.side, len(track), track.trial) for track in tracks] == [
+        ("right", 40, 0),
+        ("left", 40, 1),
+    ]
+    for track in tracks:
+        np.testing.assert_array_equal(track.keypoints, np.tile(points[track.side], (40, 1, 1)))
+
+
 def test_arms_come_back_as_tracks(tmp_path: Path) -> None:
     pytest.importorskip("hri_msgs.msg")
     from rclpy.serialization import serialize_message

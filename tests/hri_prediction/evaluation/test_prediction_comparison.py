@@ -112,8 +112,37 @@ def test_a_replay_says_the_same_as_offline(live, source: Path, track: ArmTrack) 
         assert found.first_s is None
 
 
-def test_only_a_reach_has_an_onset(live) -> None:
-    predictions = recorded_predictions(BagReader(live()))["ann"].predictions
+def test_both_arms_of_a_body_are_compared_each_by_itself(
+    tmp_path: Path, track: ArmTrack, library: Path
+) -> None:
+    sides = {"left", "right"}
+    predictors = {side: ReachPredictor(TaskLibrary.load(library)) for side in sorted(sides)}
+    with BagWriter(tmp_path / "both") as writer:
+        arms = writer.add_topic(TopicInfo("/humans/bodies/ann/arm", ARM_TYPE))
+        said = writer.add_topic(TopicInfo("/humans/bodies/ann/prediction", PREDICTION_TYPE))
+        for sample in track.samples():
+            for side, predictor in predictors.items():
+                own = dataclasses.replace(sample, side=side, stamp_ns=sample.stamp_ns + LATER_NS)
+                message = message_from_sample(own, "ann")
+                writer.write(arms, serialize_message(message), own.stamp_ns)
+                predictor.observe(own)
+                if (prediction := predictor.predict()) is not None:
+                    message = message_from_prediction(prediction, "ann", str(library))
+                    writer.write(said, serialize_message(message), own.stamp_ns)
+    found = compare_bags(tmp_path / "both")
+    assert [item.body for item in found] == ["ann left", "ann right"]
+    for item in found:
+        assert item.same
+        assert item.samples == item.recorded == len(track)
+        assert item.reaching > 20
+    offline = list(predict_bag(tmp_path / "both"))
+    assert {(body, prediction.side) for body, prediction in offline} == {
+        ("ann", side) for side in sides
+    }
+
+
+def test_only_a_reach_has_an_onset(live, track: ArmTrack) -> None:
+    predictions = recorded_predictions(BagReader(live()))["ann", track.side].predictions
     assert {p.state for p in predictions} == set(ReachState)
     for prediction in predictions:
         assert prediction.task_probabilities.sum() == pytest.approx(1.0)

@@ -194,3 +194,35 @@ def test_what_a_bag_does_not_have(arm_bag: Path) -> None:
         load_playback(arm_bag, trial=0)
     with pytest.raises(ConfigError, match=r"topics"):
         load_playback(arm_bag, topics=["("])
+
+
+def test_both_arms_of_a_body_are_played_and_held_each_by_itself(tmp_path: Path) -> None:
+    pytest.importorskip("hri_msgs.msg")
+    from rclpy.serialization import serialize_message
+
+    from hri_prediction.ros.conversions import message_from_sample
+    from hri_prediction.tracks.track import ArmSample
+
+    with BagWriter(tmp_path / "bag") as writer:
+        channel = writer.add_topic(TopicInfo("/humans/bodies/ann/arm", "hri_msgs/msg/HumanArm"))
+        for index in range(10):
+            for side, place in (("right", 0.0), ("left", 1.0)):
+                valid = np.array([True, True, index != 5, True])
+                sample = ArmSample(NS + index * 10**7, ARM + place, valid, side)
+                data = serialize_message(message_from_sample(sample, "ann"))
+                writer.write(channel, data, sample.stamp_ns)
+    playback = load_playback(tmp_path / "bag")
+    assert playback.bodies == ("ann",)
+    assert playback.period_ns == 10**7
+    for end in (False, True):
+        poses = playback.poses_at(end=end)
+        assert len(poses) == 4
+        for pose in poses:
+            place = {"right": 0.0, "left": 1.0}[pose.sample.side]
+            np.testing.assert_allclose(pose.sample.keypoints, ARM + place)
+    truths = [item for item in playback.items if item.topic == "sim/bodies/ann/arm"]
+    assert len(truths) == 20
+    for item in truths:
+        # Where a wrist is not seen it stays where it was, and not where that of the other arm is.
+        place = {"right": 0.0, "left": 1.0}[item.sample.side]
+        np.testing.assert_allclose(item.sample.keypoints, ARM + place)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,9 @@ TRUE = re.compile(r"^(?:.*/)?sim/bodies/(?P<body>[^/]+)/arm$")
 """Topic of the noise-free arm of a simulated person."""
 
 
-def arm_samples(bag: BagReader, pattern: re.Pattern[str] = TRACKED) -> dict[str, list[ArmSample]]:
+def arm_samples(
+    bag: BagReader, pattern: re.Pattern[str] = TRACKED
+) -> dict[tuple[str, str], list[ArmSample]]:
     """Samples of every arm in a bag, in the order of receipt.
 
     Args:
@@ -27,17 +30,24 @@ def arm_samples(bag: BagReader, pattern: re.Pattern[str] = TRACKED) -> dict[str,
         pattern: Topics to take, with a group ``body``.
 
     Returns:
-        Samples by body id; a body of which nothing was recorded is absent.
+        Samples by body id and side; an arm of which nothing was recorded is absent.
 
     Raises:
         DataError: the bag is damaged, or its arms cannot be decoded here.
     """
+    found: dict[tuple[str, str], list[ArmSample]] = {}
+    for body, sample in _samples(bag, pattern):
+        found.setdefault((body, sample.side), []).append(sample)
+    return found
+
+
+def _samples(bag: BagReader, pattern: re.Pattern[str]) -> Iterator[tuple[str, ArmSample]]:
+    """Body id and sample, in the order of receipt."""
     topics = {
         name: match["body"]
         for name, info in bag.topics.items()
         if info.type == ARM_TYPE and (match := pattern.match(name))
     }
-    found: dict[str, list[ArmSample]] = {}
     for message in bag.messages(topics) if topics else ():
         try:
             sample = sample_of(message.decode())
@@ -45,8 +55,7 @@ def arm_samples(bag: BagReader, pattern: re.Pattern[str] = TRACKED) -> dict[str,
             raise DataError(
                 f"{bag.path}: {error.problem}", expected=error.expected, hint=error.hint
             ) from error
-        found.setdefault(topics[message.topic], []).append(sample)
-    return found
+        yield topics[message.topic], sample
 
 
 def sample_of(message: Any) -> ArmSample:
@@ -66,8 +75,8 @@ def arm_tracks(
 ) -> list[ArmTrack]:
     """Continuous tracks of the arms in a bag, for training and evaluation.
 
-    A track ends where its arm changes side, where stamps go back, or after a gap. Times count from
-    the first sample of the track.
+    A track ends where stamps go back, or after a gap; both arms of a body have tracks of their own. Times
+    count from the first sample of the track.
 
     Args:
         path: Bag folder or .mcap file.
@@ -75,7 +84,7 @@ def arm_tracks(
         max_gap_s: Longest gap within a track [s].
 
     Returns:
-        By body, then by time; ``subject`` is the body id, ``task`` what the bag says it is (as
+        By body, then by their begin; ``subject`` is the body id, ``task`` what the bag says it is (as
         :func:`.write_arm_bag` notes it) or empty, and ``trial`` counts from 0. Pieces of fewer than
         two samples are left out.
 
@@ -84,16 +93,18 @@ def arm_tracks(
     """
     bag = BagReader(path)
     tracks: list[ArmTrack] = []
-    for body, samples in sorted(arm_samples(bag, pattern).items()):
-        pieces: list[list[ArmSample]] = [[]]
-        for sample in samples:
-            last = pieces[-1][-1] if pieces[-1] else sample
-            step = sample.stamp_ns - last.stamp_ns
-            if pieces[-1] and step == 0:
-                continue
-            if sample.side != last.side or not 0 <= step <= max_gap_s * 1e9:
-                pieces.append([])
-            pieces[-1].append(sample)
+    bodies: dict[str, list[list[ArmSample]]] = {}
+    newest: dict[tuple[str, str], list[ArmSample]] = {}
+    for body, sample in _samples(bag, pattern):
+        piece = newest.get((body, sample.side))
+        step = sample.stamp_ns - piece[-1].stamp_ns if piece else -1
+        if step == 0:
+            continue
+        if piece is None or not 0 < step <= max_gap_s * 1e9:
+            piece = newest[body, sample.side] = []
+            bodies.setdefault(body, []).append(piece)
+        piece.append(sample)
+    for body, pieces in sorted(bodies.items()):
         whole = [piece for piece in pieces if len(piece) > 1]
         for trial, piece in enumerate(whole):
             stamps = np.array([sample.stamp_ns for sample in piece])

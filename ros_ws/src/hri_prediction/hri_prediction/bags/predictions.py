@@ -14,12 +14,12 @@ from hri_prediction.prediction.output import Prediction, ReachState
 
 PREDICTION_TYPE = "hri_msgs/msg/HumanPrediction"
 PREDICTED = re.compile(r"^(?:.*/)?humans/bodies/(?P<body>[^/]+)/prediction$")
-"""Topic of the predictions of an arm."""
+"""Topic of the predictions of a body's arms."""
 
 
 @dataclass(frozen=True)
 class RecordedPredictions:
-    """What was predicted of one body.
+    """What was predicted of one arm.
 
     Attributes:
         predictions: In the order of receipt.
@@ -31,8 +31,8 @@ class RecordedPredictions:
     libraries: tuple[str, ...]
 
 
-def recorded_predictions(bag: BagReader) -> dict[str, RecordedPredictions]:
-    """The predictions in a bag, by body id.
+def recorded_predictions(bag: BagReader) -> dict[tuple[str, str], RecordedPredictions]:
+    """The predictions in a bag, by body id and side.
 
     Raises:
         DataError: the bag is damaged, or holds no prediction.
@@ -42,18 +42,19 @@ def recorded_predictions(bag: BagReader) -> dict[str, RecordedPredictions]:
         for name, info in bag.topics.items()
         if info.type == PREDICTION_TYPE and (match := PREDICTED.match(name))
     }
-    found: dict[str, list[Prediction]] = {}
-    libraries: dict[str, dict[str, None]] = {}
+    found: dict[tuple[str, str], list[Prediction]] = {}
+    libraries: dict[tuple[str, str], dict[str, None]] = {}
     for message in bag.messages(topics) if topics else ():
-        body = topics[message.topic]
         try:
             decoded = message.decode()
-            found.setdefault(body, []).append(prediction_of(decoded))
+            prediction = prediction_of(decoded)
         except DataError as error:
             raise DataError(
                 f"{bag.path}: {error.problem}", expected=error.expected, hint=error.hint
             ) from error
-        libraries.setdefault(body, {})[decoded.library] = None
+        arm = topics[message.topic], prediction.side
+        found.setdefault(arm, []).append(prediction)
+        libraries.setdefault(arm, {})[decoded.library] = None
     if not found:
         raise DataError(
             f"{bag.path} holds no prediction",
@@ -61,8 +62,8 @@ def recorded_predictions(bag: BagReader) -> dict[str, RecordedPredictions]:
             hint="the predictor must run, and a source of motion capture, while it is recorded",
         )
     return {
-        body: RecordedPredictions(tuple(items), tuple(libraries[body]))
-        for body, items in sorted(found.items())
+        arm: RecordedPredictions(tuple(items), tuple(libraries[arm]))
+        for arm, items in sorted(found.items())
     }
 
 

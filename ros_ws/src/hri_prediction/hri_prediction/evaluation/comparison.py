@@ -28,10 +28,10 @@ _LONG_AFTER_NS = 10**15
 
 @dataclass(frozen=True)
 class Comparison:
-    """Predictions of one body, recorded and offline.
+    """Predictions of one arm, recorded and offline.
 
     Attributes:
-        body: Its id.
+        body: Id of the body, and the side where both of its arms were predicted.
         samples: Number of samples that the offline predictions were made from.
         recorded: How many of them the other bag holds too; of one bag alone, all.
         predictions: Number of recorded predictions.
@@ -73,12 +73,12 @@ def predict_bag(
         config: Settings of the predictor.
 
     Yields:
-        Body id and prediction, body by body, after each sample once shoulder and wrist were seen.
+        Body id and prediction, arm by arm, after each sample once shoulder and wrist were seen.
 
     Raises:
         DataError: the bag cannot be read.
     """
-    for body, samples in _by_time(BagReader(bag)).items():
+    for (body, _), samples in _by_time(BagReader(bag)).items():
         predictor = ReachPredictor(library, config)
         for sample in samples:
             predictor.observe(sample)
@@ -103,7 +103,7 @@ def compare_bags(
         config: Settings of the predictor.
 
     Returns:
-        One a body that was predicted.
+        One an arm that was predicted.
 
     Raises:
         ConfigError: the predictions come from several libraries.
@@ -114,21 +114,23 @@ def compare_bags(
     received = _by_time(live)
     original = received if source is None else _by_time(BagReader(source))
     comparisons = []
-    for body, item in found.items():
+    bodies = [body for body, _ in found]
+    for arm, item in found.items():
+        body = arm[0] if bodies.count(arm[0]) == 1 else " ".join(arm)
         for bag, arms in ((predicted, received), (source, original)):
-            if body not in arms:
+            if arm not in arms:
                 raise DataError(f"{bag} holds no arm of {body}", expected="the predicted bodies")
-        shift = stamp_shift(received[body], original[body])
+        shift = stamp_shift(received[arm], original[arm])
         if shift is None:
             raise DataError(
                 f"the arm of {body} in {predicted} is not the one in {source}",
                 expected="a replay of that bag at speed 1, once, not placed elsewhere",
             )
         predictor = ReachPredictor(_library(item.libraries, library), config)
-        stamps = {sample.stamp_ns + shift for sample in original[body]}
-        recorded = sum(sample.stamp_ns in stamps for sample in received[body])
+        stamps = {sample.stamp_ns + shift for sample in original[arm]}
+        recorded = sum(sample.stamp_ns in stamps for sample in received[arm])
         shifted = [_earlier(p, shift) for p in item.predictions]
-        comparisons.append(compare(body, shifted, original[body], predictor, recorded))
+        comparisons.append(compare(body, shifted, original[arm], predictor, recorded))
     return comparisons
 
 
@@ -140,11 +142,11 @@ def _earlier(prediction: Prediction, by_ns: int) -> Prediction:
     return earlier
 
 
-def _by_time(bag: BagReader) -> dict[str, list[ArmSample]]:
-    """Samples in the order in which a node takes them."""
+def _by_time(bag: BagReader) -> dict[tuple[str, str], list[ArmSample]]:
+    """Samples of each arm in the order in which a node takes them."""
     return {
-        body: sorted(samples, key=lambda sample: sample.stamp_ns)
-        for body, samples in arm_samples(bag).items()
+        arm: sorted(samples, key=lambda sample: sample.stamp_ns)
+        for arm, samples in arm_samples(bag).items()
     }
 
 
@@ -200,7 +202,7 @@ def compare(
     could be used came after that one, it is enough to be the same as after any of them.
 
     Args:
-        body: Whose predictions they are.
+        body: Whose predictions they are, for people.
         predictions: By the clock of the samples.
         samples: By time.
         predictor: Is reset first.

@@ -108,9 +108,9 @@ def track_files(path: Path) -> list[Path]:
 
 def _of_bag(path: Path) -> Together:
     records = []
-    bodies = arm_samples(BagReader(path))
-    first_ns = min((sample.stamp_ns for found in bodies.values() for sample in found), default=0)
-    for body, samples in sorted(bodies.items()):
+    arms = arm_samples(BagReader(path))
+    first_ns = min((sample.stamp_ns for found in arms.values() for sample in found), default=0)
+    for (body, _), samples in sorted(arms.items()):
         stamps = np.array([sample.stamp_ns - first_ns for sample in samples]) * 1e-9
         tips = np.array([sample.keypoints[_TIP] for sample in samples])
         records.append(_record(body, stamps, tips))
@@ -155,7 +155,9 @@ def _two(records: Sequence[HandRecord], where: str) -> tuple[HandRecord, HandRec
     """
     names = [record.person or "(no name)" for record in records]
     if len(names) != 2 or len(set(names)) != 2:
-        text = "one person only" if len(set(names)) == 1 else f"{len(names)} people"
+        people = len(set(names))
+        kind = "people" if people == len(names) else "arms"
+        text = "one person only" if people == 1 else f"{len(names)} {kind}"
         raise DataError(
             f"{where} holds {text if names else 'nobody'}: {_shown(names)}",
             expected="one arm of each of two people",

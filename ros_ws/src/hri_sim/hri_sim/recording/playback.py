@@ -43,6 +43,11 @@ class ScheduledArm:
     sample: ArmSample
     lag_ns: int = 0
 
+    @property
+    def arm(self) -> tuple[str, str]:
+        """Topic and side: both arms of a body come on one topic."""
+        return self.topic, self.sample.side
+
 
 @dataclass(frozen=True)
 class ScheduledMessage:
@@ -92,18 +97,16 @@ class Playback:
     @property
     def period_ns(self) -> int:
         """Usual time between two poses of one arm [ns]; 4 ms where there is none."""
-        topics = [item.topic for item in self.items if isinstance(item, ScheduledArm)]
-        if not topics:
-            return 4_000_000
-        times = [item.offset_ns for item in self.items if item.topic == topics[0]]
+        poses = [item for item in self.items if isinstance(item, ScheduledArm)]
+        times = [item.offset_ns for item in poses if item.arm == poses[0].arm]
         return int(np.median(np.diff(times))) if len(times) > 1 else 4_000_000
 
     def poses_at(self, *, end: bool) -> tuple[ScheduledArm, ...]:
-        """First (or last) pose on each arm topic, for holding still."""
-        found: dict[str, ScheduledArm] = {}
+        """First (or last) pose of each arm on each topic, for holding still."""
+        found: dict[tuple[str, str], ScheduledArm] = {}
         for item in self.items:
-            if isinstance(item, ScheduledArm) and (end or item.topic not in found):
-                found[item.topic] = item
+            if isinstance(item, ScheduledArm) and (end or item.arm not in found):
+                found[item.arm] = item
         return tuple(found.values())
 
 
@@ -268,7 +271,7 @@ def bag_playback(
     definitions = bag.definitions
     items: list[Scheduled] = []
     bodies: set[str] = set()
-    held: dict[str, _Held] = {}
+    held: dict[tuple[str, str], _Held] = {}
     true_bodies = {m["body"] for name in wanted if (m := TRUE.match(name))}
     for message in bag.messages(wanted):
         match = TRACKED.match(message.topic) or TRUE.match(message.topic)
@@ -280,7 +283,7 @@ def bag_playback(
             items.append(arm)
             bodies.add(arm.body_id)
             if truth and TRACKED.match(arm.topic) and arm.body_id not in true_bodies:
-                whole = held.setdefault(arm.body_id, _Held()).whole(sample)
+                whole = held.setdefault(arm.arm, _Held()).whole(sample)
                 if whole is not None:
                     name = TRUE_TOPIC.format(arm.body_id)
                     items.append(replace(arm, topic=name, sample=whole))
