@@ -1,11 +1,19 @@
 """Scenario files."""
 
+import numpy as np
 import pytest
 import yaml
 
 from hri_prediction.errors import ConfigError
+from hri_sim.people.arm import SHOULDER_BREADTH
 from hri_sim.scenario.examination import examine_scenario
-from hri_sim.scenario.schema import Scenario, load_scenario, save_scenario, scenario_from_mapping
+from hri_sim.scenario.schema import (
+    PersonSpec,
+    Scenario,
+    load_scenario,
+    save_scenario,
+    scenario_from_mapping,
+)
 from hri_sim.scenario.shipped import load_shipped, shipped_names
 
 
@@ -146,3 +154,35 @@ def test_shipped_scenarios_are_fair_tests(name):
 def test_unknown_shipped_scenario_lists_those_there_are():
     with pytest.raises(ConfigError, match="table_reach, table_reach_left"):
         load_shipped("none")
+
+
+@pytest.mark.parametrize(("side", "sign"), [("right", -1.0), ("left", 1.0)])
+def test_the_other_arm_is_the_mirror_image(side, sign):
+    person = PersonSpec(side=side, shoulder=(0.75, 0.1, 0.4), home=(0.5, 0.25, 0.1), both_arms=True)
+    other = person.other
+    assert other is not None
+    assert {person.side, other.side} == {"left", "right"}
+    assert other.shoulder == pytest.approx((0.75, 0.1 + sign * SHOULDER_BREADTH, 0.4))
+    middle = 0.5 * (person.shoulder[1] + other.shoulder[1])
+    assert other.home == pytest.approx((0.5, 2.0 * middle - 0.25, 0.1))
+    posture = person.arm.posture(person.home, person.swivel)
+    mirrored = posture * [1.0, -1.0, 1.0] + [0.0, 2.0 * middle, 0.0]
+    np.testing.assert_allclose(other.arm.posture(other.home, other.swivel), mirrored, atol=1e-12)
+    assert list(person.arms) == ["person1", f"person1/{other.side}"]
+    assert not other.both_arms
+    assert person.reaches_with(side)
+    assert not person.reaches_with(other.side)
+
+
+def test_people_have_one_arm_unless_a_scenario_says_otherwise(tmp_path):
+    scenario = scenario_from_mapping(values())
+    assert list(scenario.arms) == ["ann", "bob"]
+    assert scenario.persons[0].other is None
+    assert scenario.persons[0].reaches_with("left")
+    save_scenario(tmp_path / "one.yaml", scenario)
+    assert "both_arms" not in (tmp_path / "one.yaml").read_text()
+    people = [{"id": "ann", "both_arms": True}, {"id": "bob", "side": "left"}]
+    both = scenario_from_mapping(values(persons=people))
+    assert list(both.arms) == ["ann", "ann/left", "bob"]
+    save_scenario(tmp_path / "both.yaml", both)
+    assert load_scenario(tmp_path / "both.yaml") == both

@@ -90,7 +90,7 @@ def test_clearance_agrees_with_mujoco_and_the_planner_geometry(simulation):
     for _ in range(60):
         simulation.reset(q=rng.uniform(0.9 * ROBOT.lower, 0.9 * ROBOT.upper))
         arms = ARM + rng.normal(0.0, 0.05, (2, 4, 3))
-        for name, arm in zip(simulation.body_ids, arms, strict=True):
+        for name, arm in zip(simulation.arm_names, arms, strict=True):
             simulation.set_arm(name, arm)
         mujoco.mj_kinematics(scene.model, data)
         found = simulation.clearance()
@@ -106,7 +106,7 @@ def test_clearance_agrees_with_mujoco_and_the_planner_geometry(simulation):
         if pairs[part, person, limb] > 1e-3:  # penetration depth is no axis distance
             assert found.distance == pytest.approx(pairs[part, person, limb], abs=1e-6)
             assert found.robot_part == ("upper_arm", "lower_arm", "hand")[part]
-            assert found.body_id == f"person{person + 1}"
+            assert found.arm == f"person{person + 1}"
             assert found.limb == ("upper_arm", "forearm", "hand")[limb]
         limbs = np.stack((arms[:, :-1], arms[:, 1:]), axis=2).reshape(-1, 2, 3)
         ours = capsule_distances(
@@ -247,7 +247,7 @@ def test_same_seed_same_bytes():
 
 
 def test_wrong_arms_and_postures_are_refused(simulation):
-    with pytest.raises(DataError, match=r"no person 'bob'.*person1, person2"):
+    with pytest.raises(DataError, match=r"no arm 'bob'.*person1, person2"):
         simulation.set_arm("bob", ARM)
     with pytest.raises(DataError, match="not finite"):
         simulation.set_arm("person1", ARM * np.nan)
@@ -267,3 +267,18 @@ def test_speed_is_far_above_real_time():
     # The bar is 20; machines that run tests may be busy.
     speed = measure_speed(scenario(), seconds=1.0)
     assert speed.realtime_factor > 10.0
+
+
+def test_both_arms_of_a_person_are_there():
+    person = PersonSpec(id="ann", both_arms=True)
+    both = Simulation(scenario(persons=(person,)))
+    assert both.arm_names == ("ann", "ann/left")
+    both.set_arm("ann", ARM + np.array([0.0, 2.0, 0.0]))
+    assert both.clearance().arm == "ann"
+    both.set_arm("ann/left", arm_at_the_tool(both))
+    both.step()
+    assert both.clearance().arm == "ann/left"
+    assert both.clearance().distance < 0.0
+    assert both.contacts()[0] > 0
+    both.set_arm("ann/left", None)
+    assert both.clearance().arm == "ann"

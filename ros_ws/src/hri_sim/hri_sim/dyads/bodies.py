@@ -14,7 +14,7 @@ from hri_prediction.tracks.placement import Placement
 from hri_sim.dyads.arms import SeatedArm
 from hri_sim.dyads.hands import STEP_S
 from hri_sim.dyads.motion import DyadMotion
-from hri_sim.people.capture import CapturedBody
+from hri_sim.people.capture import CapturedArm
 from hri_sim.people.seeding import tracking_generator
 from hri_sim.people.tracking import TrackingModel
 from hri_sim.scenario.schema import PersonSpec
@@ -36,8 +36,8 @@ def named_person(name: str) -> PersonSpec:
 
 def dyad_bodies(
     motion: DyadMotion, ids: Sequence[str], seed: int, place: Placement
-) -> dict[str, CapturedBody]:
-    """Both people, by name.
+) -> dict[str, list[CapturedArm]]:
+    """The arm of each of the two, by name.
 
     Args:
         motion: What their hands do.
@@ -54,7 +54,7 @@ def dyad_bodies(
         arm = SeatedArm(motion.setup.shoulders[person], float(motion.setup.yaw[person]))
         truth: Callable[[float], FloatArray] = partial(_truth, motion, person, arm, place)
         tracking = TrackingModel(spec, tracking_generator(seed, name))
-        found[name] = CapturedBody(truth, spec.side, tracking)
+        found[name] = [CapturedArm(truth, spec.side, tracking)]
     return found
 
 

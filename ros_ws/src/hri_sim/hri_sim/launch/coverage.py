@@ -41,25 +41,33 @@ def prediction_coverage(bag: Path, body_id: str) -> Coverage | None:
 
     Args:
         bag: Bag of a run with /sim/bodies/<id>/arm.
-        body_id: Whose arm.
+        body_id: Whose arms.
     """
     reader = BagReader(bag, allow_unclosed=True)
     truth_topic = f"/sim/bodies/{body_id}/arm"
     prediction_topic = f"/humans/bodies/{body_id}/prediction"
-    stamps, wrists, predictions = [], [], []
+    true: dict[str, dict[int, FloatArray]] = {}
+    predictions = []
     for message in reader.messages({truth_topic, prediction_topic}):
         decoded = message.decode()
         if message.topic == truth_topic:
-            stamps.append(to_ns(decoded.header.stamp))
-            wrists.append(np.array(decoded.keypoints).reshape(4, 3)[WRIST])
+            wrist = np.array(decoded.keypoints).reshape(4, 3)[WRIST]
+            true.setdefault(decoded.side, {}).setdefault(to_ns(decoded.header.stamp), wrist)
         elif decoded.state == HumanPrediction.REACHING:
             predictions.append(decoded)
-    if len(stamps) < 2 or not predictions:
+    predictions = [item for item in predictions if len(true.get(item.side, ())) > 1]
+    if not predictions:
         return None
-    times, first = np.unique(np.array(stamps, dtype=np.int64), return_index=True)
-    path = np.array(wrists)[first]
+    paths = {
+        side: (
+            np.array(sorted(wrists), dtype=np.int64),
+            np.array([wrists[t] for t in sorted(wrists)]),
+        )
+        for side, wrists in true.items()
+    }
     distances, squared = [], []
     for prediction in predictions:
+        times, path = paths[prediction.side]
         count = len(prediction.times)
         stamp = to_ns(prediction.header.stamp)
         ahead = np.array(prediction.times)

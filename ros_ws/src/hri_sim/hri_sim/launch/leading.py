@@ -40,6 +40,7 @@ class Leading:
         self._scenario = scenario
         self._leader = leader
         self._hands: dict[str, FloatArray] = {}
+        self._persons = {person.id: person for person in scenario.persons}
         self._next_s = 0.0
         self.place: tuple[float, float, float] | None = None
         if leader is None:
@@ -50,7 +51,9 @@ class Leading:
             node.create_subscription(HumanArm, arm, self._on_arm, SENSOR)
 
     def _on_arm(self, message: HumanArm) -> None:
-        if message.valid[3]:
+        # Goals follow the hand that reaches.
+        person = self._persons.get(message.body_id)
+        if message.valid[3] and person is not None and person.reaches_with(message.side):
             self._hands[message.body_id] = np.array(message.keypoints[9:])
 
     def begin(self) -> None:

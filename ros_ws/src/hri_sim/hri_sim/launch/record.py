@@ -18,7 +18,7 @@ from hri_prediction.ros.messages import HumanPrediction, PolicyStatus
 from hri_prediction.ros.time import NANO, to_ns
 from hri_sim.launch.reports import ReachReport
 from hri_sim.media.frames import BaselineTrack, PredictionMark, ReachMark, RunRecord
-from hri_sim.scenario.schema import Scenario
+from hri_sim.scenario.schema import PersonSpec, Scenario
 from hri_sim.simulator.baseline import run_baseline
 
 FloatArray = NDArray[np.float64]
@@ -87,13 +87,12 @@ def read_run(
         DataError: when the bag cannot be read, or lacks the state of simulator and joints.
     """
     reader = BagReader(bag, allow_unclosed=True)
-    bodies = [person.id for person in scenario.persons]
-    truth = [f"/sim/bodies/{body}/arm" for body in bodies]
-    predictions = [f"/humans/bodies/{body}/prediction" for body in bodies]
+    truth = {person.id: f"/sim/bodies/{person.id}/arm" for person in scenario.persons}
+    predictions = [f"/humans/bodies/{person.id}/prediction" for person in scenario.persons]
     said = status_topic(reader.topics)
     fixed = ["/sim/state", "/joint_states", said, "/joint_trajectory_controller/reference"]
     trajectories = "/joint_trajectory_controller/joint_trajectory"
-    topics = {*fixed, *truth, *predictions, trajectories}
+    topics = {*fixed, *truth.values(), *predictions, trajectories}
     data = _decode(reader, topics & set(reader.topics) | set(fixed))
     states = {to_ns(m.header.stamp): m for _, m in data["/sim/state"]}
     joints = {to_ns(m.header.stamp): m for _, m in data["/joint_states"]}
@@ -112,7 +111,14 @@ def read_run(
         scenario=scenario,
         time_s=(stamps - origin) / NANO,
         q=np.array([joints[int(s)].position for s in stamps]),
-        arms=_arms([data.get(topic, []) for topic in truth], stamps),
+        arms=_arms(
+            [
+                messages
+                for person in scenario.persons
+                for messages in _arms_of(person, data.get(truth[person.id], []))
+            ],
+            stamps,
+        ),
         clearance_m=np.where(clearance < _FAR, clearance, np.inf),
         reaches=tuple(
             ReachMark(
@@ -123,7 +129,14 @@ def read_run(
             for r in reports
         ),
         predictions=_predictions(
-            {b: data.get(topic, []) for b, topic in zip(bodies, predictions, strict=True)}, origin
+            {
+                # Pictures show where the hand will be that reaches.
+                person.id: [
+                    item for item in data.get(topic, []) if person.reaches_with(item[1].side)
+                ]
+                for person, topic in zip(scenario.persons, predictions, strict=True)
+            },
+            origin,
         ),
         title=title,
         goals=_goals([message for _, message in data[said]]),
@@ -170,10 +183,18 @@ def _goals(status: list[Any]) -> FloatArray | None:
     return np.array(found) if found else None
 
 
+def _arms_of(person: PersonSpec, messages: list[tuple[int, Any]]) -> list[list[tuple[int, Any]]]:
+    """Of each arm of a person what was said of it; of a person of one arm, of whichever came first."""
+    sides = [arm.side for arm in person.arms.values()]
+    if not person.both_arms and messages:
+        sides = [messages[0][1].side]
+    return [[item for item in messages if item[1].side == side] for side in sides]
+
+
 def _arms(messages: list[list[tuple[int, Any]]], stamps: NDArray[np.int64]) -> FloatArray:
-    """True arms (N, P, 4, 3) [m] at the stamps, by interpolation; NaN before the first one."""
+    """True arms (N, A, 4, 3) [m] at the stamps, by interpolation; NaN before the first one."""
     arms = np.full((len(stamps), len(messages), 4, 3), np.nan)
-    for person, items in enumerate(messages):
+    for row, items in enumerate(messages):
         if len(items) < 2:
             continue
         times = np.array([to_ns(m.header.stamp) for _, m in items])
@@ -182,7 +203,7 @@ def _arms(messages: list[list[tuple[int, Any]]], stamps: NDArray[np.int64]) -> F
         grid = (times[order] - stamps[0]) / NANO
         wanted = (stamps - stamps[0]) / NANO
         columns = [np.interp(wanted, grid, flat[:, k], left=np.nan) for k in range(12)]
-        arms[:, person] = np.stack(columns, axis=1).reshape(-1, 4, 3)
+        arms[:, row] = np.stack(columns, axis=1).reshape(-1, 4, 3)
     return arms
 
 
@@ -216,12 +237,12 @@ def with_baseline(record: RunRecord) -> RunRecord:
     if not scenario.persons or not starts:
         return record
     truth: dict[str, Any] = {}
-    for index, person in enumerate(scenario.persons):
+    for index, name in enumerate(scenario.arms):
         arm = record.arms[:, index].reshape(-1, 12)
         seen = np.isfinite(arm).all(axis=1)
         if not seen.any():
             continue
-        truth[person.id] = _interpolator(record.time_s[seen], arm[seen])
+        truth[name] = _interpolator(record.time_s[seen], arm[seen])
     last = scenario.reaches[len(starts) - 1]
     hold = max(float(record.time_s[-1]) - starts[-1] - last.duration, 0.6)
     result = run_baseline(scenario, truth, starts, hold_s=hold)

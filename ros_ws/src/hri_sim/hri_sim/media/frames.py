@@ -68,8 +68,8 @@ class RunRecord:
         scenario: The scene: table, targets, people.
         time_s: Sample times (N,) [s], increasing.
         q: Joint angles (N, 7) [rad].
-        arms: True keypoints of every person of the scenario, in its order (N, P, 4, 3) [m]; NaN
-            where an arm was not there.
+        arms: True keypoints of every arm of the scenario, in its order (N, A, 4, 3) [m]; NaN where an
+            arm was not there.
         clearance_m: Smallest signed surface distance robot-person (N,) [m]; infinite or NaN where
             nobody was there.
         reaches: The reaches, in order.
@@ -104,12 +104,12 @@ class RunRecord:
 
     def __post_init__(self) -> None:
         """Check shapes and times."""
-        n, people = len(self.time_s), len(self.scenario.persons)
+        n, arms = len(self.time_s), len(self.scenario.arms)
         if n < 2 or not (np.diff(self.time_s) > 0.0).all():
             raise DataError(f"run has {n} sample times", expected="two or more, increasing")
         shapes = {
             "q": (self.q, (n, 7)),
-            "arms": (self.arms, (n, people, 4, 3)),
+            "arms": (self.arms, (n, arms, 4, 3)),
             "clearance_m": (self.clearance_m, (n,)),
         }
         if self.baseline is not None:
@@ -145,7 +145,7 @@ class RunRecord:
         return nearest if abs(nearest.time_s - time_s) <= tolerance_s else None
 
     def at(self, times: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Joint angles (F, 7), arms (F, P, 4, 3) and clearance (F,) at any times, interpolated."""
+        """Joint angles (F, 7), arms (F, A, 4, 3) and clearance (F,) at any times, interpolated."""
         right = np.clip(np.searchsorted(self.time_s, times), 1, len(self.time_s) - 1)
         left = right - 1
         share = (times - self.time_s[left]) / (self.time_s[right] - self.time_s[left])

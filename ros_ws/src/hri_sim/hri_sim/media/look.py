@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from hri_planner.robot.model import RobotModel
 from hri_prediction.arm.geometry import ArmRadii
 from hri_sim.media.raycast import Camera, Capsules
+from hri_sim.people.arm import SHOULDER_BREADTH
 from hri_sim.scenario.schema import PersonSpec, Scenario
 
 FloatArray = NDArray[np.float64]
@@ -57,7 +58,7 @@ def robot_shape(robot: RobotModel, q: FloatArray) -> Capsules:
 
 def torso_shape(person: PersonSpec) -> Capsules:
     """Head and trunk of a seated person, for orientation only: they are no obstacles."""
-    inwards = 0.19 if person.side == "right" else -0.19
+    inwards = 0.5 * (SHOULDER_BREADTH if person.side == "right" else -SHOULDER_BREADTH)
     x, y, z = person.shoulder[0] + 0.06, person.shoulder[1] - inwards, person.shoulder[2]
     ends = np.array(
         [

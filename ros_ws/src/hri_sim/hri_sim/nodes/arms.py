@@ -7,6 +7,10 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
+from hri_prediction.errors import DataError
+from hri_prediction.tracks.track import ArmSample
+from hri_sim.scenario.schema import Scenario
+
 FloatArray = NDArray[np.float64]
 
 
@@ -43,3 +47,40 @@ class ArmTimeline:
                 return earlier[1] + share * (later[1] - earlier[1])
             later = earlier
         return later[1]
+
+
+class TrueArms:
+    """All arms of a scenario, each with its timeline.
+
+    Args:
+        scenario: Who is there, with one arm or with both.
+
+    Attributes:
+        timelines: By the arms' names, see :attr:`.Scenario.arms`.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.timelines = {name: ArmTimeline() for name in scenario.arms}
+        self._persons = {person.id: person for person in scenario.persons}
+        # Of a person of one arm it may be either, but no more than one of them.
+        self._sides: dict[str, str] = {}
+
+    def add(self, body_id: str, sample: ArmSample) -> None:
+        """Append where an arm of a person was seen as a whole.
+
+        Raises:
+            DataError: when the scenario has no such person, or not both of the arms.
+        """
+        person = self._persons.get(body_id)
+        if person is None:
+            raise DataError(f"the scene has no person {body_id!r}")
+        name = body_id
+        if person.both_arms:
+            (name,) = (name for name, spec in person.arms.items() if spec.side == sample.side)
+        elif self._sides.setdefault(body_id, sample.side) != sample.side:
+            raise DataError(
+                f"the {sample.side} arm of {body_id} is not in the scene",
+                expected=f"the {self._sides[body_id]} one alone",
+                hint="give the person of the scenario both_arms: true",
+            )
+        self.timelines[name].add(sample.stamp_ns, sample.keypoints)

@@ -11,7 +11,7 @@ from hri_prediction.ros.messages import HumanArm, IdsList
 from hri_prediction.ros.node import CountedPublisher, HriNode
 from hri_prediction.ros.qos import LATCHED, SENSOR
 from hri_prediction.ros.time import NANO, to_time
-from hri_sim.people.capture import Capture, CapturedBody
+from hri_sim.people.capture import Capture, CapturedArm
 
 LONGEST_GAP_NS = 60 * NANO
 """People who were not asked for longer begin anew, as what they did meanwhile takes long to find out."""
@@ -23,11 +23,14 @@ class CapturedBodies:
     Args:
         node: That publishes.
         ids: Of the bodies; these never change.
-        people: Makes the bodies, as they are in the beginning.
+        people: Makes the arms of the bodies, as they are in the beginning; these bodies have no others.
     """
 
     def __init__(
-        self, node: HriNode, ids: Sequence[str], people: Callable[[], Mapping[str, CapturedBody]]
+        self,
+        node: HriNode,
+        ids: Sequence[str],
+        people: Callable[[], Mapping[str, Sequence[CapturedArm]]],
     ) -> None:
         self._node, self._people = node, people
         self._truth: dict[str, CountedPublisher] = {}

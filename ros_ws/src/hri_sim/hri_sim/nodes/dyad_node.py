@@ -16,7 +16,7 @@ from hri_sim.dyads.bodies import dyad_bodies, named_person
 from hri_sim.dyads.motion import DyadMotion
 from hri_sim.dyads.setups import ARRANGEMENTS, draw_setup
 from hri_sim.nodes.captured_bodies import CapturedBodies
-from hri_sim.people.capture import CapturedBody
+from hri_sim.people.capture import CapturedArm
 from hri_sim.people.seeding import dyad_generator
 from hri_sim.people.tracking import SAMPLE_PERIOD_NS
 
@@ -58,7 +58,7 @@ class DyadNode(HriNode):
         self._captured = CapturedBodies(self, self._config.ids, self._people_anew)
         self.serve(Reset, "~/reset", self._on_reset)
 
-    def _people_anew(self) -> dict[str, CapturedBody]:
+    def _people_anew(self) -> dict[str, list[CapturedArm]]:
         config, rng = self._config, dyad_generator(self._seed)
         setup = draw_setup("dyad", config.arrangement, rng)
         self._said = False

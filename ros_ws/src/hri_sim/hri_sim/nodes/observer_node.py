@@ -26,7 +26,7 @@ from hri_prediction.ros.parameters import declare_config
 from hri_prediction.ros.qos import SENSOR, reliable
 from hri_prediction.ros.time import NANO, to_ns, to_time
 from hri_sim.nodes.captured_bodies import CapturedBodies
-from hri_sim.people.capture import CapturedBody
+from hri_sim.people.capture import CapturedArm
 from hri_sim.people.seeding import tracking_generator
 from hri_sim.people.tracking import SAMPLE_PERIOD_NS, TrackingModel
 from hri_sim.readability.learning import TRAITS, TRIALS, generator
@@ -75,7 +75,7 @@ class ObserverNode(HriNode):
         self.listen(JointState, "joint_states", self._on_joints, SENSOR)
         self.serve(Reset, "~/reset", self._on_reset)
 
-    def _person_anew(self) -> dict[str, CapturedBody]:
+    def _person_anew(self) -> dict[str, list[CapturedArm]]:
         experiment, name = self._experiment, self._config.body_id
         traits = draw_person(
             self._config.population, generator(self._seed, TRAITS), len(experiment.goals)
@@ -91,7 +91,7 @@ class ObserverNode(HriNode):
         )
         self._watching = self._said = False
         tracking = TrackingModel(spec, tracking_generator(self._seed, name))
-        return {name: CapturedBody(self._participant.person.truth, spec.side, tracking)}
+        return {name: [CapturedArm(self._participant.person.truth, spec.side, tracking)]}
 
     def _moods(self) -> np.random.Generator:
         """What differs from trial to trial."""

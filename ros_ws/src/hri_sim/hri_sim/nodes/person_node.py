@@ -15,7 +15,7 @@ from hri_prediction.ros.qos import reliable
 from hri_prediction.ros.time import NANO, to_ns
 from hri_sim.nodes.captured_bodies import CapturedBodies
 from hri_sim.nodes.simulator_node import read_scenario
-from hri_sim.people.capture import CapturedBody
+from hri_sim.people.capture import CapturedArm
 from hri_sim.people.person import SimulatedPerson
 from hri_sim.people.seeding import reach_generator, tracking_generator
 from hri_sim.people.tracking import SAMPLE_PERIOD_NS, TrackingModel
@@ -53,17 +53,17 @@ class PersonNode(HriNode):
         self.listen(Cue, "sim/cue", self._on_cue, reliable(10))
         self.serve(Reset, "~/reset", self._on_reset)
 
-    def _people_anew(self) -> dict[str, CapturedBody]:
-        specs = {spec.id: spec for spec in self._scenario.persons}
-        self._people = {name: SimulatedPerson(spec, self._seed) for name, spec in specs.items()}
-        return {
-            name: CapturedBody(
-                self._people[name].truth,
-                spec.side,
-                TrackingModel(spec, tracking_generator(self._seed, name)),
-            )
-            for name, spec in specs.items()
-        }
+    def _people_anew(self) -> dict[str, list[CapturedArm]]:
+        self._people: dict[str, SimulatedPerson] = {}
+        bodies: dict[str, list[CapturedArm]] = {}
+        for person in self._scenario.persons:
+            name, arms = person.id, bodies.setdefault(person.id, [])
+            for number, spec in enumerate(person.arms.values()):
+                whole = SimulatedPerson(spec, self._seed)
+                self._people.setdefault(name, whole)  # the first is the arm that reaches
+                tracking = TrackingModel(spec, tracking_generator(self._seed, name, number))
+                arms.append(CapturedArm(whole.truth, spec.side, tracking))
+        return bodies
 
     def _on_cue(self, cue: Cue) -> None:
         if not cue.person_target:
@@ -93,10 +93,13 @@ class PersonNode(HriNode):
         try:
             if request.scenario:
                 scenario = read_scenario(request.scenario)
-                if {spec.id for spec in scenario.persons} != set(self._people):
+                # An arm that was there and is no longer would be waited for by all who know of it.
+                if _arms(scenario) != _arms(self._scenario):
                     raise ConfigError(
-                        f"{request.scenario} has other persons than this graph",
-                        expected=", ".join(self._people),
+                        f"{request.scenario} has other persons, or arms, than this graph",
+                        expected=", ".join(
+                            f"{name} ({side})" for name, side in _arms(self._scenario)
+                        ),
                         hint="start the node with that scenario",
                     )
                 self._scenario = scenario
@@ -118,6 +121,11 @@ class PersonNode(HriNode):
         moving = [name for name, person in self._people.items() if now < person.rests_from_s]
         figures = {"bodies": ", ".join(self._people), "captures_skipped": self._captured.skipped}
         return OK, f"reaching: {', '.join(moving)}" if moving else "at rest", figures
+
+
+def _arms(scenario: Scenario) -> list[tuple[str, str]]:
+    """Body id and side of all arms."""
+    return sorted((spec.id, spec.side) for spec in scenario.arms.values())
 
 
 def main(args: list[str] | None = None) -> int:

@@ -23,7 +23,7 @@ from hri_prediction.ros.node import ERROR, OK, WARN, HriNode, run_node
 from hri_prediction.ros.parameters import declare_config
 from hri_prediction.ros.qos import LATCHED, SENSOR, reliable
 from hri_prediction.ros.time import seconds_to_ns, to_ns, to_time
-from hri_sim.nodes.arms import ArmTimeline
+from hri_sim.nodes.arms import TrueArms
 from hri_sim.scenario.schema import Scenario, load_scenario
 from hri_sim.scenario.shipped import load_shipped
 from hri_sim.simulator.controller import IDLE, STOPPING, TRACKING
@@ -111,8 +111,8 @@ class SimulatorNode(HriNode):
             command=True,
         )
         self.listen(Float64, "separation/speed_scale", self._on_speed_scale, reliable(10))
-        for body_id in self._arms:
-            self.listen(HumanArm, f"sim/bodies/{body_id}/arm", self._on_arm, SENSOR)
+        for person in self._simulation.scenario.persons:
+            self.listen(HumanArm, f"sim/bodies/{person.id}/arm", self._on_arm, SENSOR)
         self.serve(Reset, "~/reset", self._on_reset)
         self._description.publish(String(data=self._simulation.robot.urdf_text))
         self._begun = False
@@ -122,7 +122,7 @@ class SimulatorNode(HriNode):
         self._simulation = Simulation(
             scenario, contacts=self._config.contacts, seed=self._seed, config=self._physics
         )
-        self._arms = {body_id: ArmTimeline() for body_id in self._simulation.body_ids}
+        self._arms = TrueArms(scenario)
         self._rebase(now_ns)
 
     def _rebase(self, now_ns: int) -> None:
@@ -171,20 +171,20 @@ class SimulatorNode(HriNode):
     def _on_arm(self, message: HumanArm) -> None:
         try:
             sample = sample_from_message(message)
+            if sample.valid.all():
+                self._arms.add(message.body_id, sample)
         except DataError as error:
             self.fault("arm", str(error))
-            return
-        if message.body_id in self._arms and sample.valid.all():
-            self._arms[message.body_id].add(sample.stamp_ns, sample.keypoints)
 
     def _on_reset(self, request: Reset.Request, response: Reset.Response) -> Reset.Response:
         try:
             if request.scenario:
                 scenario = load_scenario(request.scenario)
-                if {p.id for p in scenario.persons} != set(self._arms):
+                persons = [person.id for person in self._simulation.scenario.persons]
+                if {person.id for person in scenario.persons} != set(persons):
                     raise ConfigError(
                         f"{request.scenario} has other persons than this graph",
-                        expected=", ".join(self._arms) or "nobody",
+                        expected=", ".join(persons) or "nobody",
                         hint="start the simulator with that scenario",
                     )
             else:
@@ -217,8 +217,8 @@ class SimulatorNode(HriNode):
             due = 1
         for _ in range(due):
             stamp_ns = self._base_ns + self._simulation.time_ns + period
-            for body_id, timeline in self._arms.items():
-                self._simulation.set_arm(body_id, timeline.at(stamp_ns))
+            for name, timeline in self._arms.timelines.items():
+                self._simulation.set_arm(name, timeline.at(stamp_ns))
             self._simulation.step(period // STEP_NS)
             self._publish(stamp_ns)
         if due:
@@ -246,7 +246,7 @@ class SimulatorNode(HriNode):
                 header=Header(stamp=stamp, frame_id=WORLD),
                 clearance=clearance.distance if seen else NOBODY,
                 robot_part=clearance.robot_part,
-                human_part=f"{clearance.body_id}/{clearance.limb}" if seen else "",
+                human_part=f"{clearance.arm}/{clearance.limb}" if seen else "",
                 contacts_human=human,
                 contacts_table=table,
                 tool=simulation.tool_position(),

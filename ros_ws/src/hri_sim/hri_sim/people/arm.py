@@ -24,6 +24,9 @@ WRIST_BEND = math.radians(15.0)
 FULL_STRETCH = 0.99
 """Largest share of the full length at which the arm is used: people do not lock their elbows."""
 
+SHOULDER_BREADTH = 0.38
+"""Distance of a person's two shoulder joints [m]: biacromial breadth, between women's and men's means."""
+
 _BACKWARDS = np.array([1.0, 0.0, 0.0])  # the person looks along -x
 
 

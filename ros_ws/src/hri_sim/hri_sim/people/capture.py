@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,12 +19,12 @@ MAX_CATCH_UP = 50
 
 
 @dataclass(eq=False)
-class CapturedBody:
-    """One person under motion capture.
+class CapturedArm:
+    """One arm of a person under motion capture.
 
     Attributes:
         truth: Keypoints (4, 3) [m] at a time [s], which is asked for in the order of time.
-        side: Of the arm.
+        side: Which of the person's it is.
         tracking: What motion capture makes of the truth.
         ahead: Truth that was said and is still to be captured, by stamp [ns].
         pending: Samples on their way, with the time of their delivery [ns].
@@ -41,12 +41,12 @@ class Capture:
     """Captures of some people at 250 Hz, their stamps multiples of 4 ms.
 
     Args:
-        bodies: By id.
+        bodies: Their arms by body id.
         now_ns: When it begins.
     """
 
-    def __init__(self, bodies: Mapping[str, CapturedBody], now_ns: int) -> None:
-        self.bodies = dict(bodies)
+    def __init__(self, bodies: Mapping[str, Sequence[CapturedArm]], now_ns: int) -> None:
+        self._arms = [(body_id, arm) for body_id, arms in bodies.items() for arm in arms]
         # Floats hold times from the first capture, not from 1970: they keep their precision.
         self._origin_ns = now_ns // SAMPLE_PERIOD_NS * SAMPLE_PERIOD_NS
         self._next_truth_ns = self._next_capture_ns = self._origin_ns + SAMPLE_PERIOD_NS
@@ -60,8 +60,8 @@ class Capture:
         behind = (now_ns - self._next_capture_ns) // SAMPLE_PERIOD_NS
         if behind <= MAX_CATCH_UP:
             return 0
-        for body in self.bodies.values():
-            body.ahead.clear()
+        for _, arm in self._arms:
+            arm.ahead.clear()
         self._next_capture_ns += behind * SAMPLE_PERIOD_NS
         self._next_truth_ns = max(self._next_truth_ns, self._next_capture_ns)
         return behind
@@ -70,26 +70,26 @@ class Capture:
         """The truth that is to be said by now."""
         while self._next_truth_ns <= now_ns + TRUTH_LEAD_NS:
             stamp = self._next_truth_ns
-            for body_id, body in self.bodies.items():
-                keypoints = body.truth(self.seconds(stamp))
-                body.ahead[stamp] = keypoints
-                yield body_id, ArmSample(stamp, keypoints, np.ones(4, dtype=bool), body.side)
+            for body_id, arm in self._arms:
+                keypoints = arm.truth(self.seconds(stamp))
+                arm.ahead[stamp] = keypoints
+                yield body_id, ArmSample(stamp, keypoints, np.ones(4, dtype=bool), arm.side)
             self._next_truth_ns += SAMPLE_PERIOD_NS
 
     def tracked(self, now_ns: int) -> Iterator[tuple[str, ArmSample]]:
         """Capture what there is to be captured by now, and deliver what latency has let through."""
         while self._next_capture_ns <= now_ns:
-            for body in self.bodies.values():
-                self._observe(body, self._next_capture_ns)
+            for _, arm in self._arms:
+                self._observe(arm, self._next_capture_ns)
             self._next_capture_ns += SAMPLE_PERIOD_NS
-        for body_id, body in self.bodies.items():
-            while body.pending and body.pending[0][0] <= now_ns:
-                yield body_id, body.pending.popleft()[1]
+        for body_id, arm in self._arms:
+            while arm.pending and arm.pending[0][0] <= now_ns:
+                yield body_id, arm.pending.popleft()[1]
 
-    def _observe(self, body: CapturedBody, stamp_ns: int) -> None:
+    def _observe(self, arm: CapturedArm, stamp_ns: int) -> None:
         # Said a moment ago as the truth; computed anew only where captures were skipped.
-        keypoints = body.ahead.pop(stamp_ns, None)
+        keypoints = arm.ahead.pop(stamp_ns, None)
         if keypoints is None:
-            keypoints = body.truth(self.seconds(stamp_ns))
-        tracked = body.tracking.observe(stamp_ns, keypoints)
-        body.pending.append((tracked.delivery_ns, tracked.sample))
+            keypoints = arm.truth(self.seconds(stamp_ns))
+        tracked = arm.tracking.observe(stamp_ns, keypoints)
+        arm.pending.append((tracked.delivery_ns, tracked.sample))

@@ -18,9 +18,9 @@ def reach_generator(seed: int, body_id: str, reach: int) -> np.random.Generator:
     return _generator(seed, _REACH, body_id, reach)
 
 
-def tracking_generator(seed: int, body_id: str) -> np.random.Generator:
-    """Noise and drop-outs of the tracking of one person."""
-    return _generator(seed, _TRACKING, body_id, 0)
+def tracking_generator(seed: int, body_id: str, arm: int = 0) -> np.random.Generator:
+    """Noise and drop-outs of the tracking of one arm of a person: the one that reaches is number 0."""
+    return _generator(seed, _TRACKING, body_id, arm)
 
 
 def training_generator(seed: int, body_id: str, reach: int) -> np.random.Generator:

@@ -17,7 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from hri_prediction.errors import ConfigError, all_of, cut
 from hri_prediction.files.values import read_yaml
-from hri_sim.people.arm import ArmModel
+from hri_sim.people.arm import SHOULDER_BREADTH, ArmModel
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
@@ -89,6 +89,8 @@ class PersonSpec(_Model):
         speed_factor: Above 1 the person moves faster than the durations of the reaches say.
         swivel: Usual swivel of the elbow outwards from straight down [rad].
         lift: Usual rise of the path above the straight line, as a share of its length.
+        both_arms: Whether the other arm is there too. It rests, mirrored about the middle of the body,
+            never reaches, and is tracked like the first.
     """
 
     id: Name = "person1"
@@ -107,11 +109,47 @@ class PersonSpec(_Model):
     speed_factor: Positive = 1.0
     swivel: Finite = 0.25
     lift: NonNegative = 0.15
+    both_arms: bool = False
 
     @property
     def arm(self) -> ArmModel:
         """The arm that reaches."""
         return ArmModel(self.side, self.shoulder, self.upper_arm, self.forearm, self.hand)
+
+    @property
+    def other(self) -> PersonSpec | None:
+        """The other arm, as that of a person who has no more; none: it is not there."""
+        if not self.both_arms:
+            return None
+        inwards = -SHOULDER_BREADTH if self.side == "right" else SHOULDER_BREADTH
+        twice_middle = 2.0 * self.shoulder[1] + inwards
+
+        def mirrored(point: Vector3) -> Vector3:
+            return point[0], twice_middle - point[1], point[2]
+
+        return self.model_copy(
+            update={
+                "side": "left" if self.side == "right" else "right",
+                "shoulder": mirrored(self.shoulder),
+                "home": mirrored(self.home),
+                "both_arms": False,
+            }
+        )
+
+    @property
+    def arms(self) -> dict[str, PersonSpec]:
+        """Each arm, as that of a person who has no more, by its name in a scene.
+
+        The arm that reaches has the body's id for a name, the other one's ends in its side.
+        """
+        other = self.other
+        return (
+            {self.id: self} if other is None else {self.id: self, f"{self.id}/{other.side}": other}
+        )
+
+    def reaches_with(self, side: str) -> bool:
+        """Whether that is the arm that reaches; of a person of one arm any is."""
+        return not self.both_arms or side == self.side
 
     @model_validator(mode="after")
     def _home_within_reach(self) -> PersonSpec:
@@ -203,6 +241,11 @@ class Scenario(_Model):
             raise _Unfitting(faults)
         return self
 
+    @property
+    def arms(self) -> dict[str, PersonSpec]:
+        """All arms of all persons by their names in the scene, see :attr:`PersonSpec.arms`."""
+        return {name: spec for person in self.persons for name, spec in person.arms.items()}
+
     def person_of(self, index: int) -> PersonSpec:
         """The person who reaches in reach number ``index``."""
         wanted = self.reaches[index].person or self.persons[0].id
@@ -263,6 +306,9 @@ def save_scenario(path: str | Path, scenario: Scenario) -> None:
     values = scenario.model_dump(mode="json")
     if not values["obstacles"]:
         del values["obstacles"]
+    for person in values["persons"]:
+        if not person["both_arms"]:
+            del person["both_arms"]
     text = yaml.safe_dump(values, sort_keys=False, default_flow_style=None, width=100)
     try:
         Path(path).write_text(text)

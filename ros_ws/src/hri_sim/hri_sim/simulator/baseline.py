@@ -80,7 +80,7 @@ def run_motion(
     Args:
         scenario: The scene; the robot starts where the first motion does.
         motions: In order, not overlapping.
-        person_truth: True arm of every person who is there, by body id.
+        person_truth: Every true arm that is there, by its name: see :attr:`.Scenario.arms`.
         contacts: Whether bodies push each other; without, clearances get as negative as they may.
         hold_s: How long to stay at the end of the last motion [s].
         robot: The robot; the one that ships when not given.
@@ -106,8 +106,8 @@ def run_motion(
     time_s, clearance, q = np.empty(count), np.empty(count), np.empty((count, 7))
     for sample in range(count):
         now = origin + simulation.time_s
-        for body_id, truth in person_truth.items():
-            simulation.set_arm(body_id, truth(now))
+        for name, truth in person_truth.items():
+            simulation.set_arm(name, truth(now))
         time_s[sample], q[sample] = now, simulation.q
         clearance[sample] = simulation.clearance().distance
         if waiting and waiting[0].stamp_ns <= simulation.time_ns + SAMPLE_STEPS * STEP_NS:
@@ -127,7 +127,7 @@ def run_baseline(
 
     Args:
         scenario: The scene and its reaches.
-        person_truth: True arm over time: of the first person, or of everyone by body id.
+        person_truth: True arm over time: of the first person, or all by their names in the scene.
         reach_starts: When the robot sets off for each reach [s]; may stop short of all reaches.
         hold_s: How long to stay at the end [s].
 

@@ -63,9 +63,9 @@ class Scene:
     Attributes:
         model: The MuJoCo model; robot joints are its only degrees of freedom, in the robot's order.
         table_geom: Id of the table.
-        limb_geoms: Of every person, ids of upper arm, forearm, hand (P, 3).
-        limb_mocap: Mocap indices of the same (P, 3).
-        body_ids: Ids of the people, in the order of the rows.
+        limb_geoms: Of every arm, ids of upper arm, forearm, hand (A, 3).
+        limb_mocap: Mocap indices of the same (A, 3).
+        arm_names: Names of the arms, in the order of the rows, see :attr:`.Scenario.arms`.
         radii: Radii of the limbs (3,) [m].
     """
 
@@ -73,21 +73,21 @@ class Scene:
     table_geom: int
     limb_geoms: NDArray[np.intp]
     limb_mocap: NDArray[np.intp]
-    body_ids: tuple[str, ...]
+    arm_names: tuple[str, ...]
     radii: FloatArray
 
-    def place_arm(self, data: mujoco.MjData, person: int, keypoints: FloatArray | None) -> None:
+    def place_arm(self, data: mujoco.MjData, row: int, keypoints: FloatArray | None) -> None:
         """Move a person's arm, or hide it.
 
         Args:
             data: The state whose mocap poses are set; limb lengths go into the model.
-            person: Row of the person.
+            row: Row of the arm.
             keypoints: Shoulder, elbow, wrist, hand tip (4, 3) [m], or None to hide the arm.
 
         Raises:
             DataError: when a limb is longer than the scene allows.
         """
-        mocap, geoms = self.limb_mocap[person], self.limb_geoms[person]
+        mocap, geoms = self.limb_mocap[row], self.limb_geoms[row]
         if keypoints is None:
             data.mocap_pos[mocap] = _HIDDEN
             return
@@ -103,7 +103,7 @@ class Scene:
         if longest >= 0:
             length = float(np.linalg.norm(keypoints[longest + 1] - keypoints[longest]))
             raise DataError(
-                f"{LIMBS[longest]} of {self.body_ids[person]} is {length:.3f} m long",
+                f"{LIMBS[longest]} of {self.arm_names[row]} is {length:.3f} m long",
                 expected=f"at most {LONGEST_LIMB} m",
             )
 
@@ -175,8 +175,8 @@ def build_scene(robot: RobotModel, scenario: Scenario, config: SceneConfig | Non
         spec.worldbody.add_site(
             name=f"target_{name}", pos=point, size=[0.015] * 3, rgba=[0.10, 0.60, 0.45, 0.9]
         )
-    for person in scenario.persons:
-        _add_arm(spec, person.id, config)
+    for name in scenario.arms:
+        _add_arm(spec, name, config)
     _add_surroundings(spec, scenario)
     return _found(spec.compile(), scenario, config)
 
@@ -221,12 +221,12 @@ def _add_box(
     )
 
 
-def _add_arm(spec: mujoco.MjSpec, body_id: str, config: SceneConfig) -> None:
+def _add_arm(spec: mujoco.MjSpec, name: str, config: SceneConfig) -> None:
     for limb, radius, colour in zip(LIMBS, config.radii.array, _LIMB_COLOURS, strict=True):
-        body = spec.worldbody.add_body(name=f"{body_id}/{limb}", mocap=True, pos=_HIDDEN)
+        body = spec.worldbody.add_body(name=f"{name}/{limb}", mocap=True, pos=_HIDDEN)
         # Compiled at the longest size, so that all bounding volumes hold whatever length comes.
         body.add_geom(
-            name=f"{body_id}/{limb}",
+            name=f"{name}/{limb}",
             type=mujoco.mjtGeom.mjGEOM_CAPSULE,
             size=[radius, 0.5 * LONGEST_LIMB, 0.0],
             rgba=colour,
@@ -281,7 +281,7 @@ def _found(model: mujoco.MjModel, scenario: Scenario, config: SceneConfig) -> Sc
     def geom(name: str) -> int:
         return int(model.geom(name).id)
 
-    names = [[f"{person.id}/{limb}" for limb in LIMBS] for person in scenario.persons]
+    names = [[f"{arm}/{limb}" for limb in LIMBS] for arm in scenario.arms]
     limbs = np.array([[geom(name) for name in row] for row in names], dtype=np.intp).reshape(-1, 3)
     mocap = [[int(model.body(name).mocapid[0]) for name in row] for row in names]
     return Scene(
@@ -289,6 +289,6 @@ def _found(model: mujoco.MjModel, scenario: Scenario, config: SceneConfig) -> Sc
         table_geom=geom("table"),
         limb_geoms=limbs,
         limb_mocap=np.array(mocap, dtype=np.intp).reshape(-1, 3),
-        body_ids=tuple(person.id for person in scenario.persons),
+        arm_names=tuple(scenario.arms),
         radii=config.radii.array,
     )

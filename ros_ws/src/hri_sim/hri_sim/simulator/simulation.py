@@ -60,13 +60,13 @@ class Clearance:
     Attributes:
         distance: [m]; negative where they overlap, infinite when nobody is in the scene.
         robot_part: Which robot capsule ("" when nobody is there).
-        body_id: Whose arm.
+        arm: Name of the arm, see :attr:`.Scenario.arms`.
         limb: Which limb of it.
     """
 
     distance: float
     robot_part: str
-    body_id: str
+    arm: str
     limb: str
 
 
@@ -138,8 +138,8 @@ class Simulation:
         self.torque = self.data.ctrl
         frequency = self.config.bandwidth
         self._gains = np.array([frequency**2, 2.0 * self.config.damping_ratio * frequency])
-        self._arms = np.full((len(scenario.persons), 4, 3), np.nan)
-        self._rows = {body_id: row for row, body_id in enumerate(self.scene.body_ids)}
+        self._arms = np.full((len(self.scene.arm_names), 4, 3), np.nan)
+        self._rows = {name: row for row, name in enumerate(self.scene.arm_names)}
         self._points = np.empty((4, 3))
         self._accel = np.empty(7)
         self._inertial = np.empty(7)
@@ -174,8 +174,8 @@ class Simulation:
             posture = np.clip(posture, self.robot.lower, self.robot.upper)
         mujoco.mj_resetData(self.scene.model, self.data)
         self.q[:] = posture
-        for body_id in self._rows:
-            self.set_arm(body_id, None)
+        for name in self._rows:
+            self.set_arm(name, None)
         self.time_ns = 0
         self.controller.reset(posture, 0)
         mujoco.mj_forward(self.scene.model, self.data)
@@ -200,27 +200,27 @@ class Simulation:
         return self.time_ns * 1e-9
 
     @property
-    def body_ids(self) -> tuple[str, ...]:
-        """Ids of the people whose arms can be placed."""
-        return self.scene.body_ids
+    def arm_names(self) -> tuple[str, ...]:
+        """Names of the arms that can be placed: see :attr:`.Scenario.arms`."""
+        return self.scene.arm_names
 
-    def set_arm(self, body_id: str, keypoints: ArrayLike | None) -> None:
+    def set_arm(self, name: str, keypoints: ArrayLike | None) -> None:
         """Place a person's arm where it truly is.
 
         Args:
-            body_id: Whose arm.
+            name: Of the arm; that of the arm that reaches is the person's id.
             keypoints: Shoulder, elbow, wrist, hand tip (4, 3) [m], world frame; None: not there.
 
         Raises:
-            DataError: on an unknown person, a wrong shape, numbers that are not finite, or limbs
+            DataError: on an unknown arm, a wrong shape, numbers that are not finite, or limbs
                 longer than :data:`hri_sim.simulator.scene.LONGEST_LIMB`.
         """
-        if body_id not in self._rows:
+        if name not in self._rows:
             raise DataError(
-                f"there is no person {body_id!r} in scenario {self.scenario.name!r}",
+                f"there is no arm {name!r} in scenario {self.scenario.name!r}",
                 expected=", ".join(self._rows) or "nobody",
             )
-        row = self._rows[body_id]
+        row = self._rows[name]
         if keypoints is None:
             self._arms[row] = np.nan
             self.scene.place_arm(self.data, row, None)
@@ -228,7 +228,7 @@ class Simulation:
         points = np.asarray(keypoints, dtype=float)
         if points.shape != (4, 3) or not np.isfinite(points).all():
             raise DataError(
-                f"arm of {body_id} has shape {points.shape}"
+                f"the arm {name} has shape {points.shape}"
                 + ("" if np.isfinite(points).all() else " and numbers that are not finite"),
                 expected="(4, 3) finite positions [m]",
             )
@@ -270,7 +270,7 @@ class Simulation:
         )
         if row < 0:
             return Clearance(distance, "", "", "")
-        return Clearance(distance, CAPSULE_NAMES[part], self.scene.body_ids[row], LIMBS[limb])
+        return Clearance(distance, CAPSULE_NAMES[part], self.scene.arm_names[row], LIMBS[limb])
 
     def table_clearance(self) -> float:
         """True distance between robot and table now [m]."""
@@ -297,7 +297,7 @@ class Simulation:
         tool: FloatArray = self.robot.frames(self.q)[3]
         return tool
 
-    def arm(self, body_id: str) -> FloatArray | None:
-        """Where a person's arm was placed (4, 3) [m]; None when hidden."""
-        points = self._arms[self._rows[body_id]]
+    def arm(self, name: str) -> FloatArray | None:
+        """Where an arm was placed (4, 3) [m]; None when hidden."""
+        points = self._arms[self._rows[name]]
         return None if np.isnan(points[0, 0]) else points.copy()
