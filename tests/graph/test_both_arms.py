@@ -10,6 +10,7 @@ import pytest
 from motions import finish, run_into_motion, start_reach, stop_time_ms
 from tampering import BothArms
 
+from hri_planner.nodes.policy_node import PolicyNode
 from hri_planner.nodes.ptomp_node import PtompNode
 from hri_planner.nodes.separation_monitor_node import SeparationMonitorNode
 from hri_planner.separation.config import (
@@ -26,11 +27,12 @@ from hri_prediction.ros.messages import (
     HumanPrediction,
     LoadModel,
     ReachTarget,
+    Reset,
     SeparationStatus,
 )
 from hri_prediction.ros.node import ERROR, OK
 from hri_prediction.ros.time import seconds_to_ns, to_ns
-from hri_sim.scenario.schema import Scenario
+from hri_sim.scenario.schema import Scenario, save_scenario
 from hri_sim.testing import Graph, node_factory, spoiling
 from hri_sim.testing.spoiling import STILL, Tamper
 
@@ -216,6 +218,37 @@ def test_one_arm_that_falls_silent_stops_the_robot(
         assert f"the {other} arm of person1 was last seen" in graph.messages(STATUS)[-1].reason
     graph.run(0.5)
     assert "person1" not in graph.messages("/ptomp/status")[-1].reason
+
+
+def test_a_policy_keeps_clear_of_both_arms(
+    make_policy_graph: Callable[..., Graph], whole: Scenario
+) -> None:
+    graph = make_policy_graph(scenario=whole)
+    policy = graph.nodes["policy"]
+    assert isinstance(policy, PolicyNode)
+    right, left = whole.arms.values()
+    tips = [arm[3] for arm in policy.replanning._inputs.arms_now()]
+    assert len(tips) == 2
+    for spec in (right, left):
+        assert min(np.linalg.norm(tip - spec.home) for tip in tips) < 0.02
+    goal = ReachTarget.Goal(target=whole.reaches[0].robot_target)
+    result = finish(graph, graph.reach(goal, "/policy/reach_target"), 20.0)
+    assert result.outcome == ReachTarget.Result.REACHED, result.reason
+
+
+def test_an_arm_of_a_person_does_not_vanish_with_a_reset(
+    make_graph: Callable[..., Graph], scenario: Scenario, whole: Scenario, tmp_path: Path
+) -> None:
+    """Whoever knows of it would wait for it."""
+    graph = make_graph(scenario=whole)
+    for name, one in (("alone", scenario), ("whole", whole)):
+        path = tmp_path / f"{name}.yaml"
+        save_scenario(path, one)
+        answer = graph.call(Reset, "person/reset", Reset.Request(seed=1, scenario=str(path)))
+        assert answer.success == (one is whole)
+        if one is scenario:
+            assert "other persons, or arms, than this graph" in answer.message
+    graph.run(0.1)
 
 
 # ------------------------------------------------------------------ the monitor as it is by itself

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from std_msgs.msg import Header
 
-from hri_planner.ros.people import People
+from hri_planner.ros.people import People, unseen_arms
 from hri_planner.separation.config import BOTH, SEEN, BodyConfig, ReleaseConfig
 from hri_planner.separation.parts import parts_of
 from hri_prediction.errors import DataError
@@ -137,3 +137,18 @@ def test_each_arm_has_its_own_prediction() -> None:
     made.take_prediction(prediction("left"), radii)
     made.forget_body("ann")
     assert made.predictions(104 * MS) == {}
+
+
+@pytest.mark.parametrize(
+    ("arms", "intrusion", "said"),
+    [(BOTH, 0.05, False), (SEEN, 0.05, True), (SEEN, 0.0, True), (SEEN, 0.6, False)],
+)
+def test_an_arm_that_is_not_reckoned_with_is_spoken_of(
+    arms: str, intrusion: float, said: bool
+) -> None:
+    text = unseen_arms(ReleaseConfig(arms=arms), intrusion)
+    assert bool(text) == said
+    if said:
+        assert text.startswith(f"arms: seen with intrusion: {intrusion:g} m")
+        assert "arms: both" in text
+        assert "intrusion: 0.6" in text

@@ -19,7 +19,7 @@ from hri_planner.ros.bodies import BodyTopics
 from hri_planner.ros.conversions import joints_from_message, reference_from_message
 from hri_planner.ros.heartbeat import SEPARATION_STATUS, SPEED_SCALE
 from hri_planner.ros.inputs import NOBODY
-from hri_planner.ros.people import People, WatchedArms, WatchedPredictions
+from hri_planner.ros.people import People, WatchedArms, WatchedPredictions, unseen_arms
 from hri_planner.ros.status import percentile_figures
 from hri_planner.separation.config import (
     ASSUMED,
@@ -83,6 +83,8 @@ class SeparationMonitorNode(HriNode):
             radii = np.array([body.radius_upper_arm, body.radius_forearm, body.radius_hand])
             self._followers.append(WatchedPredictions(self, self._people, radii))
         self.listen(IdsList, TRACKED, self._on_ids, LATCHED)
+        if unseen := unseen_arms(self._release, self._distance.intrusion):
+            self.get_logger().warning(unseen)
 
     # ------------------------------------------------------------------ what is heard
     def _on_ids(self, message: IdsList) -> None:

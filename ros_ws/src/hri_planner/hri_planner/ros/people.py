@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hri_planner.ros.bodies import BodyTopics
 from hri_planner.ros.conversions import check_side, forecast_from_message
-from hri_planner.separation.config import BOTH, ReleaseConfig
+from hri_planner.separation.config import BOTH, SEEN, ReleaseConfig
 from hri_planner.separation.monitor import ArmPrediction
 from hri_planner.separation.parts import SeenArm
 from hri_planner.separation.track import ArmWatch
@@ -24,6 +24,8 @@ from hri_prediction.ros.qos import PREDICTIONS, SENSOR
 from hri_prediction.ros.time import NANO, to_ns
 
 FloatArray = NDArray[np.float64]
+ARM_LENGTH = 0.6
+"""From shoulder to hand tip, about [m]: so far an arm that nobody sees may be ahead of what is seen."""
 
 
 @dataclass
@@ -182,6 +184,21 @@ class People:
                 np.asarray(message.covariance, dtype=float).reshape(count, 4, 3, 3),
             )
         return found
+
+
+def unseen_arms(release: ReleaseConfig, intrusion: float) -> str:
+    """What to know of people one of whose arms is not tracked; empty when it is reckoned with.
+
+    Args:
+        release: Whether such people are waited for.
+        intrusion: What is reckoned with ahead of what is tracked [m].
+    """
+    if release.arms != SEEN or intrusion >= ARM_LENGTH:
+        return ""
+    return (
+        f"arms: {release.arms} with intrusion: {intrusion:g} m: an arm that is not tracked is not reckoned "
+        f"with. For people who have one set arms: {BOTH} and track it, or intrusion: {ARM_LENGTH:g}"
+    )
 
 
 def _ago(seconds: float) -> str:

@@ -120,7 +120,7 @@ def adaptation_specs(
             },
         ),
         NodeSpec("hri_planner", "policy", {**planner, **heartbeat(options.separation)}),
-        *separation_specs(options.separation),
+        *separation_specs(options.separation, scenario),
         NodeSpec(
             "hri_planner",
             "adaptation",

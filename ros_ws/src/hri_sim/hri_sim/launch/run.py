@@ -130,7 +130,7 @@ def node_specs(
     specs = [
         NodeSpec("hri_sim", "simulator", {**common, "command_timeout": COMMAND_TIMEOUT_S}),
         *_mover_specs(options, scenario, library),
-        *separation_specs(options.separation),
+        *separation_specs(options.separation, scenario),
         NodeSpec(
             "hri_sim",
             "recorder",

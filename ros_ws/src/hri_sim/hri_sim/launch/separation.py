@@ -7,9 +7,10 @@ from typing import Annotated, Any
 
 import typer
 
-from hri_planner.separation.config import ASSUMED, HUMAN_MODES, SEEN
+from hri_planner.separation.config import ASSUMED, BOTH, HUMAN_MODES, SEEN
 from hri_prediction.errors import ConfigError
 from hri_sim.launch.supervisor import NodeSpec
+from hri_sim.scenario.schema import Scenario
 
 OFF = "off"
 SEPARATIONS = (*HUMAN_MODES, OFF)
@@ -28,18 +29,20 @@ Separation = Annotated[
 ]
 
 
-def separation_specs(mode: str) -> list[NodeSpec]:
+def separation_specs(mode: str, scenario: Scenario) -> list[NodeSpec]:
     """The monitor, unless it is off.
 
-    Simulated and replayed people are an arm and nothing else. A planner that evades them is to be let do
+    Simulated and replayed people are an arm and nothing else, or both arms where a scenario says so: where
+    all of its people have both, both are waited for. A planner that evades them is to be let do
     so, and a robot that was stopped right beside a hand is to get away from it: but not where people are
     assumed to be as fast as the standard has them, which is how a robot rests before anybody can touch it.
     """
     if mode == OFF:
         return []
+    whole = bool(scenario.persons) and all(person.both_arms for person in scenario.persons)
     parameters: dict[str, Any] = {
         "human": mode,
-        "arms": SEEN,
+        "arms": BOTH if whole else SEEN,
         "trunk": False,
         "intrusion": 0.0,
     }
