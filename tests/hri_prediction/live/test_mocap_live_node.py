@@ -11,7 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from qtm_server import QtmServer
+
+from hri_prediction.live.qtm_server import QtmServer
 
 rclpy = pytest.importorskip("rclpy")
 pytest.importorskip("hri_msgs.msg")

@@ -5,12 +5,12 @@ import time
 
 import numpy as np
 import pytest
-from qtm_server import SETTINGS_CHANGED, SHUTTING_DOWN, QtmServer
 
 from hri_prediction.errors import ConfigError
 from hri_prediction.live import qtm_client
 from hri_prediction.live.arm_stream import MarkerLayout
 from hri_prediction.live.qtm_client import QtmClient, load_qtm_rt
+from hri_prediction.live.qtm_server import SETTINGS_CHANGED, SHUTTING_DOWN, QtmServer
 
 pytest.importorskip("qtm_rt")
 

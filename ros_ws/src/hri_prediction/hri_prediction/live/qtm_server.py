@@ -1,6 +1,7 @@
 """A small stand-in for QTM: the real-time protocol (version 1.25, little-endian) over loopback.
 
-Packets are put together here by the protocol's description, not with the client's structures.
+For tests, and for trying what comes of a source that dies, where there is no QTM. Packets are put together
+here by the protocol's description, not with the client's structures.
 """
 
 from __future__ import annotations
@@ -10,12 +11,20 @@ import socket
 import struct
 import threading
 import time
+from collections.abc import Callable, Sequence
+from types import TracebackType
+from typing import Any
 from xml.sax.saxutils import escape
 
 import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
 
 ERROR, COMMAND, XML, DATA, NO_MORE, EVENT = 0, 1, 2, 3, 4, 6
+"""Types of packets."""
 SETTINGS_CHANGED, SHUTTING_DOWN = 11, 12
+"""Events."""
 
 
 def packet(kind: int, body: bytes) -> bytes:
@@ -23,7 +32,7 @@ def packet(kind: int, body: bytes) -> bytes:
     return struct.pack("<II", 8 + len(body), kind) + body
 
 
-def data_packet(number: int, time_us: int, places: np.ndarray) -> bytes:
+def data_packet(number: int, time_us: int, places: FloatArray) -> bytes:
     """One frame with one component, 3D; places (M, 3) [mm], NaN where a marker is missing."""
     markers = np.asarray(places, "<f4").tobytes()
     component = struct.pack("<IIIhh", 16 + len(markers), 1, len(places), 0, 0) + markers
@@ -39,9 +48,26 @@ class QtmServer:
         rate_hz: Frames a second.
         up: AxisUpwards.
         port: 0 for any that is free.
+
+    Attributes:
+        port: The one that it listens on.
+        measuring: Whether there are frames.
+        mute: Whether nothing is answered.
+        refuse: Answer to every command, as an error; empty: none is refused.
+        begin: Begin of the measurement, of ``time.monotonic()`` [s].
+        asked: Commands that have come.
+        sent: Frames that were sent.
     """
 
-    def __init__(self, places, names, *, rate_hz=200.0, up="+Z", port=0):
+    def __init__(
+        self,
+        places: FloatArray,
+        names: Sequence[str],
+        *,
+        rate_hz: float = 200.0,
+        up: str = "+Z",
+        port: int = 0,
+    ) -> None:
         self.places, self.names, self.rate_hz, self.up = places, list(names), rate_hz, up
         self.measuring = True
         self.mute = False
@@ -56,13 +82,18 @@ class QtmServer:
         self._threads: list[threading.Thread] = []
         self._start(self._accept)
 
-    def __enter__(self):
+    def __enter__(self) -> QtmServer:
         return self
 
-    def __exit__(self, *_):
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
         self.close()
 
-    def close(self):
+    def close(self) -> None:
         """Hang up and listen no more."""
         if self._closing:
             return
@@ -73,19 +104,19 @@ class QtmServer:
         for thread in self._threads:
             thread.join(timeout=5.0)
 
-    def hang_up(self):
+    def hang_up(self) -> None:
         """Break all connections, as when QTM is closed."""
         for client in self._clients:
             with contextlib.suppress(OSError):
                 client.shutdown(socket.SHUT_RDWR)
         self._clients.clear()
 
-    def say(self, event: int):
+    def say(self, event: int) -> None:
         """Send an event to everybody."""
         for client in self._clients:
             client.sendall(packet(EVENT, bytes([event])))
 
-    def restart(self):
+    def restart(self) -> None:
         """Begin a new measurement: its times begin at zero."""
         self.begin = time.monotonic()
 
@@ -101,12 +132,12 @@ class QtmServer:
         )
 
     # ------------------------------------------------------------------ threads
-    def _start(self, work, *arguments):
+    def _start(self, work: Callable[..., None], *arguments: Any) -> None:
         thread = threading.Thread(target=work, args=arguments, daemon=True)
         self._threads.append(thread)
         thread.start()
 
-    def _accept(self):
+    def _accept(self) -> None:
         while not self._closing:
             try:
                 client, _ = self._listener.accept()
@@ -116,7 +147,7 @@ class QtmServer:
             self._clients.append(client)
             self._start(self._serve, client)
 
-    def _serve(self, client):
+    def _serve(self, client: socket.socket) -> None:
         try:
             client.sendall(packet(COMMAND, b"QTM RT Interface connected\0"))
             while True:
@@ -131,7 +162,7 @@ class QtmServer:
         finally:
             client.close()
 
-    def _exactly(self, client, count: int) -> bytes:
+    def _exactly(self, client: socket.socket, count: int) -> bytes:
         got = b""
         while len(got) < count:
             part = client.recv(count - len(got))
@@ -140,7 +171,7 @@ class QtmServer:
             got += part
         return got
 
-    def _answer(self, client, text: str):
+    def _answer(self, client: socket.socket, text: str) -> None:
         if self.refuse:
             client.sendall(packet(ERROR, self.refuse + b"\0"))
         elif text.startswith("version "):
@@ -157,7 +188,7 @@ class QtmServer:
         else:
             client.sendall(packet(ERROR, b"Parse error\0"))
 
-    def _stream(self, client):
+    def _stream(self, client: socket.socket) -> None:
         number = int((time.monotonic() - self.begin) * self.rate_hz)
         try:
             while not self._closing:
