@@ -18,6 +18,7 @@ from typing import Any, List  # noqa: UP035
 import numpy as np
 import pytest
 
+from hri_prediction.errors import ConfigError
 from hri_prediction.ros.this_machine import CHOICES, PROFILE
 from hri_prediction.tracks.files import save_tracks
 from hri_prediction.tracks.track import ArmTrack
@@ -178,6 +179,34 @@ def test_a_policy_takes_the_place_of_planner_and_predictor() -> None:
     assert {node.executable for node in nodes} == {"simulator", "person", "policy"}
     parameters = _plain(next(n for n in nodes if n.executable == "policy"))
     assert parameters["policy"] == "rnn_gru_9x9_d1"
+
+
+@pytest.mark.parametrize("policy", ["", "rnn_gru_9x9_d1"])
+def test_a_separation_monitor_as_of_the_launch_scripts(tmp_path: Path, policy: str) -> None:
+    assert "separation_monitor" not in {n.executable for n in _launch(_path("ptomp.launch.py"))}
+    nodes = _launch(_path("ptomp.launch.py"), separation="measured", policy=policy)
+    found = {node.executable: _plain(node) for node in nodes}
+    # Where a monitor supplies the speed scale, it alone does.
+    assert found["policy" if policy else "ptomp"]["heartbeat"] is False
+    options = RunOptions(out=tmp_path, policy=policy or None, separation="measured")
+    specs = node_specs(options, load_scenario(TABLE), TABLE, None, None, tmp_path)
+    (wanted,) = (s.parameters for s in specs if s.executable == "separation_monitor")
+    assert found["separation_monitor"] == dict(wanted)
+    assert found["separation_monitor"]["trunk"] is False
+
+
+def test_beside_real_people_the_monitor_is_as_it_starts(tmp_path: Path) -> None:
+    cell = {"simulator": "false", "person": "false", "separation": "measured"}
+    nodes = _launch(_path("ptomp.launch.py"), **cell)
+    found = {node.executable: _plain(node) for node in nodes}
+    assert found.keys() == {"predictor", "ptomp", "separation_monitor"}
+    assert found["separation_monitor"] == {"human": "measured"}
+    assert found["ptomp"]["heartbeat"] is False
+
+
+def test_an_unknown_separation_is_refused() -> None:
+    with pytest.raises(ConfigError, match="separation measurd; expected one like measured"):
+        _launch(_path("ptomp.launch.py"), separation="measurd")
 
 
 def test_nothing_is_recorded_unless_asked_for() -> None:

@@ -8,9 +8,10 @@ the robot waits for a goal and the simulated person for a cue::
     ros2 action send_goal --feedback /ptomp/reach_target hri_msgs/action/ReachTarget \
         "{target: robot_1}"
 
-In a real cell leave out what the cell has itself: ``simulator:=false person:=false``. The nodes are
-heard on this machine alone, unless discovery is set up otherwise, as by
-``ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET``.
+``separation:=measured`` (or ``predicted``, ``assumed``) starts a separation monitor beside them. In a real
+cell leave out what the cell has itself: ``simulator:=false person:=false``; the monitor then reckons with
+trunks and heads too, and evades nobody. The nodes are heard on this machine alone, unless discovery is
+set up otherwise, as by ``ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET``.
 """
 
 import os
@@ -29,7 +30,14 @@ from hri_prediction.ros.this_machine import stay_on_this_machine
 from hri_prediction.tracks.files import load_tracks
 from hri_prediction.tracks.placement import Placement
 from hri_prediction.tracks.seating import suggest_placement
+from hri_sim.launch.options import one_of
 from hri_sim.launch.run import RunOptions, node_specs
+from hri_sim.launch.separation import (
+    DEFAULT_SEPARATION,
+    MONITOR,
+    SEPARATIONS,
+    cell_separation_spec,
+)
 from hri_sim.launch.supervisor import NodeSpec
 from hri_sim.scenario.schema import load_scenario
 
@@ -40,6 +48,11 @@ ARGUMENTS = {
     "policy": (
         "",
         "policy that moves the robot instead, as rnn_gru_9x9_d1 (then goals go to policy/reach_target)",
+    ),
+    "separation": (
+        DEFAULT_SEPARATION,
+        "separation monitor, and how fast it takes people to come nearer: "
+        + ", ".join(SEPARATIONS),
     ),
     "library": ("", "task library of train_promp.py; empty: constant-velocity prediction"),
     "record": ("", "bag folder to create; empty: nothing is recorded"),
@@ -89,6 +102,12 @@ def nodes(context: LaunchContext) -> list[Node]:
         planner=values["planner"],
         library=library,
         policy=values["policy"] or None,
+        separation=one_of(
+            "separation",
+            values["separation"],
+            SEPARATIONS,
+            hint=f"give separation:={DEFAULT_SEPARATION}, or leave it out",
+        ),
     )
     placement = None
     if values["human_file"]:
@@ -103,6 +122,8 @@ def nodes(context: LaunchContext) -> list[Node]:
         left_out.add("simulator")
     if values["person"].lower() == "false":
         left_out |= {"person", "replayer"}
+        real = cell_separation_spec(options.separation)
+        specs = [real if spec.executable == MONITOR else spec for spec in specs]
     return [to_action(spec) for spec in specs if spec.executable not in left_out]
 
 

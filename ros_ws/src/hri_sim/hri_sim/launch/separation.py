@@ -51,6 +51,11 @@ def separation_specs(mode: str, scenario: Scenario) -> list[NodeSpec]:
     return [NodeSpec("hri_planner", MONITOR, parameters)]
 
 
+def cell_separation_spec(mode: str) -> NodeSpec:
+    """The monitor beside real people: they have trunk and head, and nobody is evaded or nudged."""
+    return NodeSpec("hri_planner", MONITOR, {"human": mode})
+
+
 def heartbeat(mode: str) -> dict[str, bool]:
     """Parameters of what moves the robot: where a monitor supplies the speed scale, it alone does."""
     return {} if mode == OFF else {"heartbeat": False}
