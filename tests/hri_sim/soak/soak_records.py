@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 from hri_sim.soak.log import BEGIN, END, FAULT, LOG, REACH, SAMPLE, SoakLog
 
 SECONDS = 600
+NODES = ("person", "ptomp")
 BEGUN = {
     "origin": {
         "commit": "abc",
@@ -21,7 +23,7 @@ BEGUN = {
     "faults_asked": "all",
     "mean_wait_s": 20.0,
     "separation": "off",
-    "nodes": ["person", "ptomp"],
+    "nodes": list(NODES),
 }
 ENDED = {
     "broken": "",
@@ -75,14 +77,16 @@ REACHED = {
 }
 
 
-def sample(second: int, leak: float, rng: np.random.Generator) -> dict[str, Any]:
-    """A second of a run in which ptomp is started again after 100 s."""
+def sample(
+    second: int, leak: float, rng: np.random.Generator, lasting: Collection[str] = NODES
+) -> dict[str, Any]:
+    """A second of a run: ptomp is started again after 100 s, who does not last each second."""
 
-    def process(born: float, base: float) -> dict[str, Any]:
+    def process(name: str, born: float, base: float) -> dict[str, Any]:
         memory = base * (1.0 + leak * second / SECONDS) + float(rng.normal(0.0, 0.05))
         return {
             "pid": 7,
-            "born": born,
+            "born": born if name in lasting else float(second),
             "memory_mb": memory,
             "resident_mb": memory + 100.0,
             "threads": 12,
@@ -93,8 +97,8 @@ def sample(second: int, leak: float, rng: np.random.Generator) -> dict[str, Any]
     return {
         "s": float(second),
         "processes": {
-            "person": process(0.0, 100.0),
-            "ptomp": process(0.0 if second < 100 else 101.0, 150.0),
+            "person": process("person", 0.0, 100.0),
+            "ptomp": process("ptomp", 0.0 if second < 100 else 101.0, 150.0),
         },
         "bags": {"bag": 250_000 * second},
         "shared_files": 0,
@@ -112,14 +116,16 @@ def write_record(
     reaches: tuple[dict[str, Any], ...] = (REACHED,),
     deaths: tuple[dict[str, Any], ...] = (),
     end: dict[str, Any] | None = ENDED,
+    seconds: int = SECONDS,
+    lasting: Collection[str] = NODES,
 ) -> Path:
-    """Write one; ``end`` none: the script was killed."""
+    """Write one; ``end`` none: the script was killed; ``lasting``: whose processes live on."""
     rng = np.random.default_rng(0)
     folder.mkdir(parents=True, exist_ok=True)
     with SoakLog(folder / LOG) as log:
         log.write(BEGIN, BEGUN)
-        for second in range(SECONDS):
-            log.write(SAMPLE, sample(second, leak, rng))
+        for second in range(seconds):
+            log.write(SAMPLE, sample(second, leak, rng, lasting))
         for kind, rows in ((FAULT, faults), (REACH, reaches), ("death", deaths)):
             for row in rows:
                 log.write(kind, row)

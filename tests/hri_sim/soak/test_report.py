@@ -15,7 +15,8 @@ sys.path.insert(0, str(Path(__file__).parent))
 from soak_records import BEGUN, CANCELLED, ENDED, KILLED, REACHED, write_record
 
 from hri_prediction.errors import DataError
-from hri_sim.soak.judging import figures, missed
+from hri_sim.soak.judging import LONG_S, figures, missed
+from hri_sim.soak.judging import verdict as summary
 from hri_sim.soak.log import BEGIN, LOG, SoakLog, read_log
 from hri_sim.soak.report import FIGURES, PICTURE, TEXT, report, write_report
 
@@ -38,6 +39,7 @@ def test_a_run_in_which_all_went_well(tmp_path: Path) -> None:
     text = (tmp_path / TEXT).read_text()
     assert "**missed**" not in text
     assert "| kill | ptomp | 1 | 1/1 | 150 | 20 | 6.0 | 1/1 | 9.0 | – |" in text
+    assert f"\n{len(content['bars'])} of {len(content['bars'])} judged bars met.\n" in text
     assert "| bag | 150.0 | 10.0 | 900000 | yes | whole |" in text
     assert (tmp_path / PICTURE).stat().st_size > 20_000
     assert content["rates_hz"] == {"person": 250.0}
@@ -92,6 +94,47 @@ def test_who_must_be_at_rest(tmp_path: Path, fault: dict[str, Any]) -> None:
     content = judged(write_record(tmp_path, faults=(fault,)))
     assert verdict(content, "at rest")["met"] is None
     assert not missed(content)
+
+
+def test_what_is_not_judged_is_named_and_not_met(tmp_path: Path) -> None:
+    content = judged(write_record(tmp_path, faults=(), seconds=45))
+    unjudged = {bar["what"]: bar["needs"] for bar in content["bars"] if bar["met"] is None}
+    assert {"growth of a process' memory", "a death is named"} < unjudged.keys()
+    assert unjudged["growth of a process' memory"] == "a run of 5 minutes"
+    assert not missed(content)
+    met = sum(bar["met"] is True for bar in content["bars"])
+    said = summary(content)
+    assert said.startswith(f"{met} of {met} judged bars met; {len(unjudged)} not judged: ")
+    assert met + len(unjudged) == len(content["bars"])
+    assert "growth of a process' memory (needs a run of 5 minutes)" in said
+    assert "a death is named (needs at least one)" in said
+    assert said in report(content)
+    assert "| growth of a process' memory | no process lived long enough | ≤ 5% | not judged |" in (
+        report(content)
+    )
+
+
+def test_what_is_missed_beside_what_is_not_judged_counts_by_itself(tmp_path: Path) -> None:
+    content = judged(write_record(tmp_path, end={**ENDED, "touches": 1}, seconds=45))
+    assert missed(content)
+    count = sum(bar["met"] is not None for bar in content["bars"])
+    assert summary(content).startswith(f"{count - 1} of {count} judged bars met; ")
+
+
+def test_a_long_run_without_growth_to_judge_is_missed(tmp_path: Path) -> None:
+    # The processes are new in each sample, so that none lives long enough.
+    content = judged(write_record(tmp_path, seconds=int(LONG_S) + 2, lasting=()))
+    assert verdict(content, "process' memory")["met"] is False
+    assert missed(content)
+    content = judged(write_record(tmp_path / "short", seconds=int(LONG_S) - 2, lasting=()))
+    assert verdict(content, "process' memory")["met"] is None
+    assert not missed(content)
+
+
+def test_processes_that_are_too_young_to_be_judged_are_named(tmp_path: Path) -> None:
+    content = judged(write_record(tmp_path, lasting=("person",)))
+    bar = verdict(content, "process' memory")
+    assert bar["measured"].endswith("1 of 2 judged, too short: ptomp")
 
 
 def test_disturbed_goals_may_fail(tmp_path: Path) -> None:

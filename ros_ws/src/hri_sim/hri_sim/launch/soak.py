@@ -17,7 +17,7 @@ from hri_sim.launch.separation import SEPARATIONS, Separation
 from hri_sim.launch.soak_run import SoakOptions, run_soak
 from hri_sim.launch.telling import explain
 from hri_sim.soak.faults import ALL, GROUPS, NONE
-from hri_sim.soak.judging import missed
+from hri_sim.soak.judging import missed, verdict
 from hri_sim.soak.log import LOG
 from hri_sim.soak.report import (
     BAR_HEAD,
@@ -51,6 +51,7 @@ def print_report(console: Console, content: dict[str, Any]) -> None:
         console.print(table)
     files = content["files"]
     console.print(f"bags: {files['total_mb']:.1f} MB", highlight=False)
+    console.print(verdict(content), highlight=False, markup=False, soft_wrap=True)
 
 
 def _report(folder: Path, console: Console) -> dict[str, Any]:
@@ -94,8 +95,9 @@ def soak(
     """Run the whole graph for a long time, with goals and faults that are drawn by the seed.
 
     Memory, latency and file sizes are noted each second in soak.jsonl; soak.json, soak.md and soak.png are
-    made of that at the end, also when the run is broken off. Exit code 0: all that is wanted is met; 3:
-    something is missed (the table says); 1: something went wrong; 130 after Ctrl-C, 143 after SIGTERM.
+    made of that at the end, also when the run is broken off. Exit code 0: all that could be judged is met,
+    and what could not be is named; 3: something is missed (the table says), as is growth that could not be
+    judged in five minutes; 1: something went wrong; 130 after Ctrl-C, 143 after SIGTERM.
     """
     console = Console()
     if report is not None:

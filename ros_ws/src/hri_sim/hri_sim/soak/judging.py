@@ -26,6 +26,10 @@ WARM_UP_S = 30.0
 LEAST_S, LEAST_SHARE = 20.0, 0.2
 """Processes are judged that lived at least so long after that: seconds, and share of the run."""
 LEAST_SAMPLES = 10
+LONG_S = 300.0
+"""In a run of so long growth can be judged, whatever is killed in its first half [s]."""
+ONE = "at least one"
+LONG = f"a run of {LONG_S / 60.0:g} minutes"
 
 
 @dataclass(frozen=True)
@@ -37,12 +41,14 @@ class Bar:
         measured: What was found.
         wanted: What is wanted.
         met: Whether it is met; none: there was nothing to judge.
+        needs: Where there was not: what it takes.
     """
 
     what: str
     measured: str
     wanted: str
     met: bool | None
+    needs: str = ""
 
 
 def lives(samples: Sequence[dict[str, Any]]) -> dict[tuple[str, float], list[tuple[float, dict]]]:
@@ -224,7 +230,8 @@ def bars(
     calm: Sequence[dict[str, Any]],
 ) -> list[Bar]:
     """What is wanted, and whether it is met."""
-    found = [_memory_bar(memory_rows(samples)), _latency_bar(growth)]
+    length_s = float(samples[-1]["s"] - samples[0]["s"]) if samples else 0.0
+    found = [_memory_bar(memory_rows(samples), length_s), _latency_bar(growth, length_s)]
     stopping = [f for f in faults if f["node"] and f["moving"] and must_stop(f)]
     found.append(
         _most_bar(
@@ -258,26 +265,36 @@ def bars(
     return found
 
 
-def _memory_bar(rows: Sequence[dict[str, Any]]) -> Bar:
+def _growth_untold(what: str, measured: str, wanted: str, length_s: float) -> Bar:
+    """A bar of which nothing can be said: as is to be expected of a short run, and missed in a long one."""
+    if length_s >= LONG_S:
+        return Bar(what, measured, wanted, False)
+    return Bar(what, measured, wanted, None, LONG)
+
+
+def _memory_bar(rows: Sequence[dict[str, Any]], length_s: float) -> Bar:
     what, wanted = "growth of a process' memory", f"≤ {MOST_GROWTH:.0%}"
     judged = [row for row in rows if row["growth"] is not None]
     nodes = {row["node"] for row in rows}
     if not judged:
-        return Bar(what, "no process lived long enough", wanted, None)
+        return _growth_untold(what, "no process lived long enough", wanted, length_s)
     worst = max(judged, key=lambda row: row["growth"]["share"])
     share, minutes = worst["growth"]["share"], worst["growth"]["span_s"] / 60.0
+    left_out = nodes - {row["node"] for row in judged}
     measured = (
         f"{share:+.1%} at most ({worst['node']}, in {minutes:.1f} min); "
-        f"{len({row['node'] for row in judged})} of {len(nodes)} judged"
+        f"{len(nodes) - len(left_out)} of {len(nodes)} judged"
     )
+    if left_out:
+        measured += f", too short: {', '.join(sorted(left_out))}"
     return Bar(what, measured, wanted, share <= MOST_GROWTH)
 
 
-def _latency_bar(growth: Growth | None) -> Bar:
+def _latency_bar(growth: Growth | None, length_s: float) -> Bar:
     what = "growth of the latency's median, first to last third"
     wanted = f"≤ {MOST_GROWTH:.0%}, or none that is certain"
     if growth is None:
-        return Bar(what, "too little to tell", wanted, None)
+        return _growth_untold(what, "too little to tell", wanted, length_s)
     measured = (
         f"{growth.share:+.1%} ({growth.low:+.1%} to {growth.high:+.1%}), "
         f"{growth.first:.1f} to {growth.last:.1f} ms"
@@ -288,7 +305,7 @@ def _latency_bar(growth: Growth | None) -> Bar:
 def _most_bar(what: str, values: Sequence[float | None], limit_ms: float) -> Bar:
     wanted = f"≤ {limit_ms:.0f} ms"
     if not values:
-        return Bar(what, "none came", wanted, None)
+        return Bar(what, "none came", wanted, None, ONE)
     kept = sum(value is not None and value <= limit_ms for value in values)
     most = _most(values)
     slowest = "–" if most is None else f"{most:.0f} ms"
@@ -296,7 +313,9 @@ def _most_bar(what: str, values: Sequence[float | None], limit_ms: float) -> Bar
 
 
 def _all_bar(what: str, count: int, of: int) -> Bar:
-    return Bar(what, f"{count} of {of}", "all", count == of if of else None)
+    if not of:
+        return Bar(what, "none came", "all", None, ONE)
+    return Bar(what, f"{count} of {of}", "all", count == of)
 
 
 def _none_bar(what: str, count: int) -> Bar:
@@ -304,5 +323,16 @@ def _none_bar(what: str, count: int) -> Bar:
 
 
 def missed(content: dict[str, Any]) -> bool:
-    """Whether anything that is wanted is missed."""
+    """Whether anything that is wanted is missed; what was not judged is neither missed nor met."""
     return any(bar["met"] is False for bar in content["bars"])
+
+
+def verdict(content: dict[str, Any]) -> str:
+    """How many of the judged bars are met, and which were not judged for want of what."""
+    judged = [bar for bar in content["bars"] if bar["met"] is not None]
+    others = [bar for bar in content["bars"] if bar["met"] is None]
+    text = f"{sum(bar['met'] for bar in judged)} of {len(judged)} judged bars met"
+    if not others:
+        return text
+    names = "; ".join(f"{bar['what']} (needs {bar['needs']})" for bar in others)
+    return f"{text}; {len(others)} not judged: {names}"

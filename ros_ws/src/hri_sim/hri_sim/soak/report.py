@@ -11,7 +11,7 @@ import numpy as np
 from hri_prediction.results.origin import origin_line
 from hri_sim.readability_report.run_folder import write_json
 from hri_sim.soak.faults import WORDS
-from hri_sim.soak.judging import figures
+from hri_sim.soak.judging import figures, verdict
 from hri_sim.soak.log import LOG, read_log
 from hri_sim.soak.picture import draw_soak
 
@@ -144,6 +144,7 @@ def report(content: dict[str, Any]) -> str:
         f" (faults: {content['faults_asked']}; separation: {content['separation']}): "
         f"{content['seconds'] / 60.0:.1f} minutes, {reaches['count']} goals.\n",
         f"{origin_line(content['origin'])}\n",
+        f"{verdict(content)}.\n",
         *_table(BAR_HEAD, bar_rows(content)),
         *(f"- Not reached without a fault: {text}" for text in reaches["not_reached"]),
         "![Memory, latency and size of the bags over time](soak.png)\n",
