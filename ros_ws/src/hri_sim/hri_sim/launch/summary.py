@@ -125,8 +125,10 @@ def summarise(
     def rate(topic: str) -> float | None:
         if series is None or not scenario.persons:
             return None
-        names = [f"/humans/bodies/{body.id}/{topic}" for body in scenario.persons]
-        return max(series.rates_hz.get(name, 0.0) for name in names)
+        return max(
+            series.rates_hz.get(f"/humans/bodies/{person.id}/{topic}", 0.0) / len(person.arms)
+            for person in scenario.persons
+        )
 
     touched = any(r.min_clearance_m is not None and r.min_clearance_m <= 0.0 for r in reaches)
     # Nothing is known of a person whom neither the bag nor anybody live has seen.
