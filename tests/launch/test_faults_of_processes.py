@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from hri_sim.faults.catalogue import FAULTS
+from hri_sim.faults.sources import MOCAP_LIVE
 from hri_sim.reliability.fault import Fault, Place, Result, Stays
 
 NAMES = (
@@ -18,6 +19,9 @@ NAMES = (
     "kill_observer",
     "freeze_adaptation",
     "freeze_predictor",
+    "kill_replayer",
+    "freeze_dyad",
+    "kill_mocap_live",
     "disk_full",
     "unwritable_folder",
     "recorder_rate",
@@ -44,6 +48,8 @@ def keep(tmp_path_factory: pytest.TempPathFactory) -> Path:
 )
 def test_a_line(fault: Fault, stays: dict[str, Stays], keep: Path, tmp_path: Path) -> None:
     place = Place(tmp_path, keep, smoke=True, stays=stays)
+    if fault.name.endswith(MOCAP_LIVE):
+        pytest.importorskip("qtm_rt")
     result = Result(fault, tuple(fault.measure([0], place)))
     (trial,) = result.trials
     assert result.met, trial

@@ -13,6 +13,8 @@ from hri_prediction.errors import ConfigError
 from hri_prediction.results.progress import ProgressLine
 from hri_sim.faults.catalogue import FAULTS
 from hri_sim.faults.command import NAMES, chosen
+from hri_sim.launch.parameters import CONFIGURATIONS
+from hri_sim.launch.run_node import installed_nodes
 from hri_sim.reliability import kept, table
 from hri_sim.reliability.fault import FILES, Fault, Figure, Place, Result, Skipped, Trial
 from hri_sim.reliability.kept import bring_about, mark_of, module_of
@@ -94,19 +96,16 @@ def test_every_line_has_a_name_of_its_own_and_a_bar() -> None:
         assert len(set(keys)) == len(keys), fault.name
         assert module_of(fault.measure).startswith("hri_sim.faults."), fault.name
     nodes = {fault.name.removeprefix("kill_") for fault in FAULTS if fault.name.startswith("kill_")}
-    assert nodes == {
-        "adaptation",
-        "observer",
-        "person",
-        "policy",
-        "predictor",
-        "ptomp",
-        "recorder",
-        "separation_monitor",
-        "simulator",
-    }
+    assert nodes == {name for _, name in installed_nodes()}
+    assert nodes == set(CONFIGURATIONS)
     assert nodes <= {fault.name.removeprefix("freeze_") for fault in FAULTS}
-    assert all(fault.count >= 20 for fault in FAULTS if fault.name.startswith("kill_"))
+    processes = ("kill_", "freeze_")
+    assert all(fault.count >= 20 for fault in FAULTS if fault.name.startswith(processes))
+
+
+def test_the_wrong_messages_meet_every_node() -> None:
+    (fault,) = (fault for fault in FAULTS if fault.name == "wrong_hri_msgs")
+    assert fault.count == len(installed_nodes())
 
 
 def test_lines_are_chosen_by_name() -> None:

@@ -20,6 +20,7 @@ from hri_planner.policy.model_file import find_any
 from hri_planner.rnn.model_file import load_policy
 from hri_prediction.bags import BagReader, BagWriter, TopicInfo, salvage
 from hri_prediction.errors import HriError
+from hri_sim.launch.run_node import installed_nodes
 from hri_sim.launch.supervisor import find_executable
 from hri_sim.reliability.fault import FILES, Fault, Figure, Place, Trial
 
@@ -33,15 +34,6 @@ OTHER_ERRORS = Figure(
     "other_errors", "ends otherwise than by being read or one clear error", limit=0.0
 )
 REFUSED = Figure("refused", "refused with one clear error")
-NODES = (
-    ("hri_sim", "simulator"),
-    ("hri_sim", "person"),
-    ("hri_sim", "recorder"),
-    ("hri_prediction", "predictor"),
-    ("hri_planner", "ptomp"),
-    ("hri_planner", "policy"),
-    ("hri_planner", "separation_monitor"),
-)
 
 
 def cut(rng: np.random.Generator, content: bytes) -> bytes:
@@ -165,8 +157,9 @@ def wrong_messages(seeds: Sequence[int], place: Place) -> Iterator[Trial]:
     (front / "hri_msgs" / "__init__.py").write_text("")
     (front / "hri_msgs" / "msg" / "__init__.py").write_text("class IdsList: pass\n")
     path = os.pathsep.join([str(front), *filter(None, sys.path)])
+    nodes = installed_nodes()
     for seed in seeds:
-        package, node = NODES[seed % len(NODES)]
+        package, node = nodes[seed % len(nodes)]
         begin = time.monotonic()
         done = subprocess.run(
             [str(find_executable(package, node))],
@@ -228,7 +221,7 @@ DAMAGED = (
     Fault(
         "wrong_hri_msgs",
         "the wrong hri_msgs",
-        "a package of that name with IdsList alone is in front; a node of each kind in turn is started",
+        "a package of that name with IdsList alone is in front; every node in turn is started",
         "one clear error that says how to mend it, exit code not 0",
         FILES,
         (
@@ -238,7 +231,7 @@ DAMAGED = (
             Figure("seconds", "after", "s", digits=1),
         ),
         wrong_messages,
-        count=7,
+        count=12,  # nodes
     ),
 )
 """Faults of files and of installations."""

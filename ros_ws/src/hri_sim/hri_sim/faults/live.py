@@ -291,8 +291,23 @@ def reaching_graph(
     options = RunOptions(
         out=folder, seed=seed, drawn=scenario, policy=policy, separation=separation
     )
-    path = (folder / SCENARIO).resolve()
+    return LiveGraph(folder, scenario, options.mover, launched_specs(options, scenario, library))
+
+
+def launched_specs(
+    options: RunOptions, scenario: Scenario, library: Path | None, source: NodeSpec | None = None
+) -> list[NodeSpec]:
+    """The nodes of a run with all their parameters; the scenario that they read is written.
+
+    Args:
+        options: Of the run.
+        scenario: The scene.
+        library: Task library of the predictor; none: prediction by constant velocity.
+        source: Where people come from; none: they are simulated, and reach on cue.
+    """
+    path = (options.out / SCENARIO).resolve()
     save_scenario(path, scenario)
-    made = node_specs(options, scenario, path, library, None, folder / "bag")
-    specs = complete_parameters(made, read_parameters(None), "")
-    return LiveGraph(folder, scenario, options.mover, specs)
+    made = node_specs(options, scenario, path, library, None, options.out / "bag")
+    if source is not None:
+        made = [source if spec.executable == "person" else spec for spec in made]
+    return complete_parameters(made, read_parameters(None), "")

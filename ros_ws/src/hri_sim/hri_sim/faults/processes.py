@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import signal
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from hri_prediction.errors import GraphError
 from hri_prediction.ros.time import NANO, to_ns
 from hri_sim.faults.live import READY_S, LiveGraph, reaching_graph
 from hri_sim.faults.motion import AT_REST, NAMED, SCENES, STEP, scene
+from hri_sim.faults.sources import MOCAP_LIVE, SOURCES, SourceGraph
 from hri_sim.faults.trials import TrialsGraph
 from hri_sim.launch.health import SILENT
 from hri_sim.launch.separation import MONITOR, OFF
@@ -25,6 +27,8 @@ RECORDER, SIMULATOR, POLICY = "recorder", "simulator", "policy"
 OBSERVER, ADAPTATION = "observer", "adaptation"
 HANDS_OFF = (RECORDER, SIMULATOR, ADAPTATION)
 """Nodes on which it does not depend whether the robot may move on."""
+UNKNOWN_ARMS = (MOCAP_LIVE,)
+"""Sources of arms that the simulator does not know, so that it cannot tell whether they are touched."""
 GRAPH = "graph"
 """What stays from one fault to the next."""
 IN_TRIALS = (OBSERVER, ADAPTATION)
@@ -41,14 +45,16 @@ GOES_ON = Figure("goes_on_s", "a further trial done after", "s", READY_S, digits
 LOST_TRIALS = Figure("lost_trials", "trials lost", limit=0.0)
 UNHEARD = Figure("named_ms", "named after", "ms", 5000.0)
 """Of nodes that are named when they have not spoken for three seconds."""
+UNSEEN = ("newest sample", "no usable sample", "last seen")
 REASONS = {
-    "person": ("newest sample", "no usable sample", "last seen"),
+    "person": UNSEEN,
+    **dict.fromkeys(SOURCES, UNSEEN),
     "predictor": ("newest sample", "prediction"),
     "ptomp": ("plan that the motion needs", "heartbeat"),
     POLICY: ("plan that the motion needs", "heartbeat"),
     MONITOR: ("heartbeat",),
     SIMULATOR: ("/joint_states", "joint states"),
-    OBSERVER: ("newest sample", "no usable sample", "last seen"),
+    OBSERVER: UNSEEN,
     RECORDER: (RECORDER,),
     ADAPTATION: (ADAPTATION,),
 }
@@ -57,7 +63,7 @@ REASONS = {
 
 def live_graph(victim: str, place: Place) -> LiveGraph:
     """The graph that a node of this name is part of: one that runs already, or a new one."""
-    kind = victim if victim in (POLICY, MONITOR) else "planner"
+    kind = victim if victim in (POLICY, MONITOR, *SOURCES) else "planner"
     if victim in IN_TRIALS:
         kind = "trials"
     running = place.stays.get(GRAPH)
@@ -69,6 +75,8 @@ def live_graph(victim: str, place: Place) -> LiveGraph:
     folder = new_folder(place.keep.parent / GRAPH / kind)
     if kind == "trials":
         graph: LiveGraph = TrialsGraph(folder, SCENES[0])
+    elif kind in SOURCES:
+        graph = SourceGraph(folder, SCENES[0], victim)
     else:
         _, library = scene(0, place.keep)
         graph = reaching_graph(
@@ -102,6 +110,10 @@ def many(
             trial = one(graph, victim, seed, place)
         except GraphError as error:
             trial = Trial(seed, {"ready_s": None}, str(error))
+        else:
+            if trial.figures["ready_s"] is None:
+                # Which node is not well, and why, matters more than what was said in time.
+                trial = replace(trial, said=graph.told[-1][1])
         if trial.figures["ready_s"] is None:
             place.stays.pop(GRAPH).close()
         yield trial
@@ -117,8 +129,8 @@ def kill(graph: LiveGraph, victim: str, seed: int, place: Place) -> Trial:
     reason_ms, said = graph.first_said(since_s, REASONS[victim], graph.reasons)
     figures: dict[str, float | None] = {
         "named_ms": named_ms,
-        "touched": float(graph.touched),
         "step_rad": graph.largest_step(),
+        **_touched(victim, graph.touched),
     }
     if victim not in SILENT:
         figures["reason_ms"] = reason_ms
@@ -129,6 +141,11 @@ def kill(graph: LiveGraph, victim: str, seed: int, place: Place) -> Trial:
     if victim == RECORDER:
         figures |= _salvaged(bag, place.folder / f"salvaged_{seed}", since_s)
     return Trial(seed, figures, said)
+
+
+def _touched(victim: str, states: int) -> dict[str, float | None]:
+    """How often a person was touched, where that can be told."""
+    return {} if victim in UNKNOWN_ARMS else {"touched": float(states)}
 
 
 def _trials(graph: LiveGraph) -> list[str]:
@@ -176,8 +193,8 @@ def freeze(graph: LiveGraph, victim: str, seed: int, place: Place) -> Trial:
     graph.spin(1.5)
     figures |= {
         "ready_s": graph.ready_after(thawed_s),
-        "touched": float(touched + graph.touched),
         "step_rad": max(step, graph.largest_step()),
+        **_touched(victim, touched + graph.touched),
     }
     figures |= _of_trials(graph, thawed_s, trials)
     return Trial(seed, figures, said)
@@ -186,7 +203,8 @@ def freeze(graph: LiveGraph, victim: str, seed: int, place: Place) -> Trial:
 def _wanted_of(victim: str) -> tuple[Figure, ...]:
     """What is wanted whatever is done to a node."""
     trials = (GOES_ON, LOST_TRIALS) if victim in IN_TRIALS else ()
-    return (*trials, STEP, TOUCHED)
+    touched = () if victim in UNKNOWN_ARMS else (TOUCHED,)
+    return (*trials, STEP, *touched)
 
 
 def _kill(victim: str) -> Fault:
@@ -236,5 +254,6 @@ PROCESS_FAULTS = (
     *map(_kill, PLANNED), *map(_freeze, PLANNED),
     _kill(POLICY), _freeze(POLICY), _kill(MONITOR), _freeze(MONITOR),
     _kill(OBSERVER), _freeze(OBSERVER), _kill(ADAPTATION), _freeze(ADAPTATION),
+    *(line(source) for source in SOURCES for line in (_kill, _freeze)),
 )  # fmt: skip
 """Faults of processes."""

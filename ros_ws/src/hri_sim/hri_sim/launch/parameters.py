@@ -18,6 +18,7 @@ from hri_planner.separation.config import BodyConfig, ProtectiveDistanceConfig, 
 from hri_prediction.config import from_mapping
 from hri_prediction.errors import ConfigError, DataError, all_of, cut, shown
 from hri_prediction.files.values import read_yaml
+from hri_prediction.nodes.mocap_live_node import MocapLiveConfig
 from hri_prediction.nodes.predictor_node import PredictorNodeConfig
 from hri_prediction.prediction.config import PredictorConfig
 from hri_sim.launch.supervisor import NodeSpec
@@ -36,6 +37,7 @@ CONFIGURATIONS: dict[str, tuple[tuple[str, Any], ...]] = {
     "dyad": (("", DyadNodeConfig()),),
     "observer": (("", ObserverNodeConfig()),),
     "replayer": (("", ReplayerConfig()),),
+    "mocap_live": (("", MocapLiveConfig()),),
     "predictor": (("", PredictorNodeConfig()), ("", PredictorConfig())),
     "adaptation": (("", AdaptationConfig()),),
     "policy": (("", PolicyNodeConfig()), ("policy_planner.", PolicyConfig())),
