@@ -115,6 +115,24 @@ def test_who_is_not_ready(health: GraphHealth) -> None:
     assert health.missing(names, ["/a"], patient=True) == {"ptomp"}
 
 
+@pytest.mark.parametrize(
+    ("level", "troubles", "received", "waited_for"),
+    [
+        (WARN, "transport", 4, False),  # that is never over
+        (WARN, "transport", 0, True),
+        (WARN, "behind transport", 4, True),
+        (WARN, "", 4, True),
+        (ERROR, "transport", 4, True),
+    ],
+)
+def test_a_recorder_that_has_lost_messages_on_the_way_is_not_waited_for(
+    health: GraphHealth, level: bytes, troubles: str, received: int, waited_for: bool
+) -> None:
+    values = {"troubles": troubles, "received /a": received}
+    health.take([status("recorder", "8 messages lost", level, **values)], 0.0, begun=True)
+    assert bool(health.missing(["recorder"], ["/a"], patient=True)) == waited_for
+
+
 # ------------------------------------------------------------------ the end
 def ended(code: int | None, *, died: bool = False) -> SimpleNamespace:
     return SimpleNamespace(

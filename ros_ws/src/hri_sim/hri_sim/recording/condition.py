@@ -11,6 +11,8 @@ BEHIND_S = 1.0
 """The disk has taken nothing for so long: worth a warning [s]."""
 FULL_SHARE = 0.5
 """Likewise, when so much of the queue is taken."""
+TRANSPORT = "transport"
+"""Kind of the trouble that messages did not arrive: it is said from then on, as they stay lost."""
 _NAMED = 3
 
 
@@ -71,5 +73,5 @@ def troubles(
         found.append(Trouble("types", text))
     if transport:
         text = f"{sum(transport.values())} messages lost in transport ({named(transport)})"
-        found.append(Trouble("transport", text))
+        found.append(Trouble(TRANSPORT, text))
     return found
