@@ -53,6 +53,13 @@ def check(fault: Fault, seed: int, tmp_path: Path, keep: Path) -> None:
         assert 0 < (trial.figures["refused"] or 0.0) <= TOGETHER
 
 
+def test_every_other_node_refuses_the_wrong_messages_too(tmp_path: Path, keep: Path) -> None:
+    (fault,) = (fault for fault in QUICK if fault.name == "wrong_hri_msgs")
+    result = Result(fault, tuple(fault.measure(range(1, fault.count), Place(tmp_path, keep))))
+    assert len({trial.said.partition(":")[0] for trial in result.trials}) == fault.count - 1
+    assert result.met, [result.trials[seed - 1].said for seed in result.failed_seeds()]
+
+
 def test_same_repetition_same_figures(tmp_path: Path, keep: Path) -> None:
     (fault,) = (fault for fault in QUICK if fault.name == "mocap_outliers")
     found = [

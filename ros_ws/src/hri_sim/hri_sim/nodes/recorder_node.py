@@ -20,6 +20,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
+import hri_prediction.ros.messages  # noqa: F401 - with another hri_msgs in front, half would be missed
 from hri_prediction.bags.metadata import BagMetadata, TopicInfo
 from hri_prediction.bags.schemas import message_class
 from hri_prediction.config import parameter, validate
