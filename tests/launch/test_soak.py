@@ -5,22 +5,44 @@ from __future__ import annotations
 import json
 import signal
 from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import psutil
 from launched import Launched
 
+from hri_sim.soak.judging import must_stop, verdict
+from hri_sim.soak.log import FAULT, LOG, SAMPLE, read_log
+
 Launch = Callable[..., Launched]
 TIMING = ("robot at rest", "latency", "named", "without a fault are reached")
-"""What a machine that is busy with other things may miss."""
+"""What a machine that is busy with other things may miss: until when something is done or said, and goals
+for which a prediction or a plan comes too late. That it is done and said at all depends on no machine."""
+LATE = ("lost_input", "blocked")
+"""How such goals end: for want of what is new enough, or of time to plan a way around somebody."""
+
+
+def records(folder: Path, kind: str) -> list[dict[str, Any]]:
+    """Of one kind in the record of a soak."""
+    return read_log(folder / LOG).of(kind)
 
 
 def test_two_minutes_with_all_faults(launch: Launch) -> None:
     run = launch("--smoke", "--seed", "2", script="soak.py")
-    assert run.end(300.0) in (0, 3), run.text
+    code = run.end(300.0)
     assert "Traceback" not in run.text
     content = json.loads((run.out / "soak.json").read_text())
     missed = [bar["what"] for bar in content["bars"] if bar["met"] is False]
+    assert code == (3 if missed else 0), run.text
     assert all(any(word in what for word in TIMING) for what in missed), run.text
+    ends = [text.partition(":")[0] for text in content["reaches"]["not_reached"]]
+    assert set(ends) <= set(LATE), run.text
+    for fault in records(run.out, FAULT):
+        # However late: who is killed is named, and the robot does not move on without.
+        assert fault["fault"] != "kill" or fault["named_ms"] is not None, fault
+        stops = fault["fault"] == "kill" and fault["moving"] and must_stop(fault)
+        assert not stops or fault["rest_ms"] is not None, fault
+    assert verdict(content) in run.text
     kinds = {row["fault"] for row in content["faults"]}
     assert "kill" in kinds, run.text
     assert run.text.count("it is started again") == sum(
@@ -29,11 +51,7 @@ def test_two_minutes_with_all_faults(launch: Launch) -> None:
     assert content["reaches"]["count"] >= 5
     assert content["end"]["orphans"] == []
     assert all(not bag["error"] for bag in content["end"]["bags"])
-    samples = [
-        json.loads(line)
-        for line in (run.out / "soak.jsonl").read_text().splitlines()
-        if '"kind":"sample"' in line
-    ]
+    samples = records(run.out, SAMPLE)
     assert len(samples) >= 100
     assert set(samples[0]["processes"]) == {
         "simulator",
