@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from hri_planner.separation.config import MEASURED
 from hri_sim.launch.record import Series, with_baseline
 from hri_sim.launch.reports import ReachReport
 from hri_sim.launch.reproduce import demo_row, replay_row
@@ -105,6 +106,11 @@ def test_a_recording_that_ends_early_says_nothing_of_the_later_reaches(
     summary["reaches"][0]["deadline_misses"] = 200
     print_table(console, summary)
     assert "plans were late and dropped" in console.file.getvalue()  # type: ignore[attr-defined]
+    monitored = Console(file=io.StringIO(), width=120)
+    print_table(monitored, summary | {"separation": MEASURED})
+    said = monitored.file.getvalue()  # type: ignore[attr-defined]
+    assert "before the monitor changed that" in said
+    assert "too busy" not in said
     whole.record.clearance_m[0] = 0.0
     assert summarise(whole, reports, scenario=scenario, bag=tmp_path, seed=1)["touched"] is True
 

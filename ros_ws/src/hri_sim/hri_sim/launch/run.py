@@ -332,6 +332,7 @@ def _run_graph(
         print_line(console, f"no figures of the recording, which ended early: {error}")
     summary = summarise(series, reports, scenario=scenario, bag=bag, seed=options.seed)
     summary["planner"] = options.moved_by
+    summary["separation"] = options.separation
     summary["origin"] = origin
     try:
         write_summary(options.out / SUMMARY, summary)
