@@ -7,7 +7,8 @@ the last one. Trajectory time runs slower than the clock by the speed scale of t
 
 Where it is kinder than the original: a trajectory whose first point is too soon for how far away it
 is, is joined later by a blend instead of a step; speed limits slow the path instead of breaking it;
-positions outside the limits are refused; a stop is a ramp along the path. A trajectory that comes too
+positions outside the limits are refused; a stop is a ramp along the path. A robot that is slowed meets a
+trajectory where it is, whatever that took on its way (up to ``max_lateness``). A trajectory that comes too
 late is not made up for but refused, and the motion before goes on: when its first point is long past
 (``max_lateness``), or it is past, or was timed for another speed than that to which the robot has been
 slowed, and the robot is elsewhere (``handover_tolerance``).
@@ -26,12 +27,22 @@ from hri_prediction.config import parameter
 from hri_prediction.errors import DataError
 from hri_sim.simulator import splines
 from hri_sim.simulator.stopchain import StopChain, StopChainConfig
-from hri_sim.simulator.trajectory import JointTrajectory, SplinePath, check, check_limits
+from hri_sim.simulator.trajectory import (
+    JointTrajectory,
+    SplinePath,
+    check,
+    check_limits,
+    joined,
+)
 
 FloatArray = NDArray[np.float64]
 
 IDLE, TRACKING, STOPPING = "idle", "tracking", "stopping"
 _FULL = 0.999  # a rate below is that of a motion that is slowed
+_TRANSPORTS_S = np.array(sorted(np.arange(-4, 41) * 1e-3, key=abs))
+"""How much longer, or shorter, than was reckoned with a trajectory may have been on its way [s]."""
+_SAME_RAD = 1e-4
+"""Steps that differ by less tell no transport apart [rad]."""
 
 
 @dataclass(frozen=True)
@@ -278,11 +289,15 @@ class TrajectoryController:
                 f"trajectory began {now - first:.3f} s ago",
                 expected=f"a first point at most {self.config.max_lateness} s late",
             )
+        late_s = now - first
+        slowed = self._clock[1] < _FULL
+        if self._path is not None and slowed and not self._standing:
+            now = self._met(path, now)
         jump = self._step_to(path, max(first, now), max(first - now, 0.0))
-        untimely = now > first or self._clock[1] < _FULL
+        untimely = late_s > 0.0 or slowed
         if self._path is not None and untimely and jump[0] > self.config.handover_tolerance:
             self.late_refusals += 1
-            when = f"began {now - first:.3f} s ago" if now > first else "comes while slowed"
+            when = f"began {late_s:.3f} s ago" if late_s > 0.0 else "comes while slowed"
             raise DataError(
                 f"trajectory {when}, {jump[0]:.4f} rad off the present motion",
                 expected=f"at most {self.config.handover_tolerance} rad off",
@@ -291,7 +306,7 @@ class TrajectoryController:
         if self._standing:
             old[1:] = 0.0
         join = max(first, now + self._bridging_time(path, now))
-        knots, coefficients = _joined(path, now, old, join)
+        knots, coefficients = joined(path, now, old, join)
         check_limits(coefficients[:1], knots[:2], self._robot, "the blend to the trajectory")
         self._note_handover(jump)
         self._path = SplinePath(stamp, knots, coefficients, path.smooth)
@@ -299,6 +314,26 @@ class TrajectoryController:
         self._clock[2] = 0.0
         self._ended_ns = None
         self.stamp_ns = stamp
+
+    def _met(self, path: SplinePath, now: float) -> float:
+        """Where on a path a slowed robot meets it, on the path's clock [s].
+
+        On its way a trajectory grows old by the clock, while a slowed robot hardly moves: at a tenth of
+        full speed each millisecond of transport is 0.9 ms of motion too much. What it took is left out,
+        as far as the places of both paths show it.
+
+        Args:
+            path: The path to come.
+            now: The time by the clock [s].
+        """
+        first = float(path.knots[0])
+        met, least = now, math.inf
+        for transport in _TRANSPORTS_S[self.config.max_lateness >= _TRANSPORTS_S]:
+            time_s = now - transport
+            jump = float(self._step_to(path, max(first, time_s), max(first - time_s, 0.0))[0])
+            if jump < least - _SAME_RAD:
+                met, least = time_s, jump
+        return met
 
     def _bridging_time(self, path: SplinePath, now: float) -> float:
         """How long the blend to a path takes at least: longer the farther it begins [s]."""
@@ -342,46 +377,3 @@ class TrajectoryController:
         self.handover_jump_position = max(self.handover_jump_position, float(jump[0]))
         moved = float(self._clock[1]) * float(jump[1])
         self.handover_jump_velocity = max(self.handover_jump_velocity, moved)
-
-
-def _joined(
-    path: SplinePath, now: float, state: FloatArray, join: float
-) -> tuple[FloatArray, FloatArray]:
-    """A path that begins now in a given state and follows ``path`` from ``join`` on.
-
-    Args:
-        path: The path to join.
-        now: Time now on the path's clock [s].
-        state: Position, velocity, acceleration now (3, 7), in path time.
-        join: Where the blend ends, on the path's clock [s], after now.
-
-    Returns:
-        Knots (S + 1,) and coefficients (S, 7, 6).
-    """
-    later = np.flatnonzero(path.knots[1:] > join)
-    target = path.at(join)
-    times = np.array([now, join])
-    position, velocity, acceleration = (np.stack(pair) for pair in zip(state, target, strict=True))
-    if path.smooth:
-        blend = splines.quintic(times, position, velocity, acceleration)
-    else:
-        blend = splines.cubic(times, position, velocity)
-    if not len(later):
-        return times, blend
-    segment = int(later[0])
-    rest = path.coefficients[segment:].copy()
-    rest[0] = _shifted(rest[0], join - float(path.knots[segment]))
-    knots = np.concatenate((times, path.knots[segment + 1 :]))
-    return knots, np.ascontiguousarray(np.concatenate((blend, rest)))
-
-
-def _shifted(coefficients: FloatArray, offset: float) -> FloatArray:
-    """Coefficients (7, 6) of the same polynomials about a later origin [s]."""
-    if offset == 0.0:
-        return coefficients
-    result = coefficients.copy()
-    # Repeated synthetic division: Taylor shift.
-    for start in range(splines.DEGREES - 1):
-        for k in range(splines.DEGREES - 2, start - 1, -1):
-            result[:, k] += offset * result[:, k + 1]
-    return result

@@ -1,4 +1,4 @@
-"""A joint trajectory as a controller receives it, and what makes one acceptable."""
+"""A joint trajectory as a controller receives it, what makes one acceptable, and how one is joined."""
 
 from __future__ import annotations
 
@@ -152,3 +152,46 @@ def _check_times(time_s: FloatArray) -> None:
             f"trajectory point {index} at {time_s[index]} s follows one at {time_s[index - 1]} s",
             expected="increasing times",
         )
+
+
+def joined(
+    path: SplinePath, now: float, state: FloatArray, join: float
+) -> tuple[FloatArray, FloatArray]:
+    """A path that begins now in a given state and follows ``path`` from ``join`` on.
+
+    Args:
+        path: The path to join.
+        now: Time now on the path's clock [s].
+        state: Position, velocity, acceleration now (3, 7), in path time.
+        join: Where the blend ends, on the path's clock [s], after now.
+
+    Returns:
+        Knots (S + 1,) and coefficients (S, 7, 6).
+    """
+    later = np.flatnonzero(path.knots[1:] > join)
+    target = path.at(join)
+    times = np.array([now, join])
+    position, velocity, acceleration = (np.stack(pair) for pair in zip(state, target, strict=True))
+    if path.smooth:
+        blend = splines.quintic(times, position, velocity, acceleration)
+    else:
+        blend = splines.cubic(times, position, velocity)
+    if not len(later):
+        return times, blend
+    segment = int(later[0])
+    rest = path.coefficients[segment:].copy()
+    rest[0] = _shifted(rest[0], join - float(path.knots[segment]))
+    knots = np.concatenate((times, path.knots[segment + 1 :]))
+    return knots, np.ascontiguousarray(np.concatenate((blend, rest)))
+
+
+def _shifted(coefficients: FloatArray, offset: float) -> FloatArray:
+    """Coefficients (7, 6) of the same polynomials about a later origin [s]."""
+    if offset == 0.0:
+        return coefficients
+    result = coefficients.copy()
+    # Repeated synthetic division: Taylor shift.
+    for start in range(splines.DEGREES - 1):
+        for k in range(splines.DEGREES - 2, start - 1, -1):
+            result[:, k] += offset * result[:, k + 1]
+    return result
