@@ -12,12 +12,13 @@ import struct
 import threading
 import time
 from collections.abc import Callable, Sequence
-from types import TracebackType
 from typing import Any
 from xml.sax.saxutils import escape
 
 import numpy as np
 from numpy.typing import NDArray
+
+from hri_prediction.closing import Closing
 
 FloatArray = NDArray[np.float64]
 
@@ -39,7 +40,7 @@ def data_packet(number: int, time_us: int, places: FloatArray) -> bytes:
     return packet(DATA, struct.pack("<qII", time_us, number, 1) + component)
 
 
-class QtmServer:
+class QtmServer(Closing):
     """Streams an array in a loop to everybody who asks, and does what it is told to do wrong.
 
     Args:
@@ -81,17 +82,6 @@ class QtmServer:
         self.port = self._listener.getsockname()[1]
         self._threads: list[threading.Thread] = []
         self._start(self._accept)
-
-    def __enter__(self) -> QtmServer:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def close(self) -> None:
         """Hang up and listen no more."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from types import TracebackType
+from typing import Self
 
 from rich.console import Console
 from rich.progress import (
@@ -15,6 +15,8 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
+from hri_prediction.closing import Closing
+
 PLAIN_PERIOD_S = 2.0
 """A file or a pipe gets a line this often at most [s]."""
 
@@ -22,7 +24,7 @@ PLAIN_PERIOD_S = 2.0
 _LEAST_LEFT_S = 5.0
 
 
-class ProgressLine:
+class ProgressLine(Closing):
     """Says what is done at present; a context manager.
 
     A pipe gets no spinners, no escape codes and nothing that is drawn twice.
@@ -50,17 +52,13 @@ class ProgressLine:
         self._text = ""
         self._first: tuple[int, float] | None = None
 
-    def __enter__(self) -> ProgressLine:
+    def __enter__(self) -> Self:
         if self._live is not None:
             self._live.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
+        """Take the line away."""
         if self._live is not None:
             self._live.stop()
 

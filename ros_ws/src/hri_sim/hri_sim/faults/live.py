@@ -12,7 +12,6 @@ import signal
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -25,6 +24,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
 from hri_planner.ros.authority import STATUSES
+from hri_prediction.closing import Closing
 from hri_prediction.errors import GraphError
 from hri_prediction.ros.conversions import WORLD
 from hri_prediction.ros.messages import ControllerState, Cue, ReachTarget, SimState
@@ -48,7 +48,7 @@ READY_S = 120.0
 """So long may nodes take to be ready on a busy machine [s]."""
 
 
-class LiveGraph:
+class LiveGraph(Closing):
     """Node processes, and a node of one's own that sends goals and listens; a context manager.
 
     Args:
@@ -93,17 +93,6 @@ class LiveGraph:
         except BaseException:
             self.close()
             raise
-
-    def __enter__(self) -> LiveGraph:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def close(self) -> None:
         """End all nodes."""

@@ -8,7 +8,6 @@ from contextlib import closing
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 from rclpy.logging import LoggingSeverity
 
 from hri_planner.robot.model import RobotModel, load_robot
+from hri_prediction.closing import Closing
 from hri_prediction.errors import GraphError
 from hri_prediction.geometry.segments import capsule_distances
 from hri_prediction.ros.messages import HumanPrediction
@@ -79,7 +79,7 @@ def arm_clearance(robot: RobotModel, q: NDArray[np.float64], arm: NDArray[np.flo
     return float(capsule_distances(robot_capsules, robot.capsule_radii, limbs, ARM_RADII).min())
 
 
-class Motion:
+class Motion(Closing):
     """A graph in lock-step; a context manager.
 
     Args:
@@ -113,15 +113,8 @@ class Motion:
     def _hear(self, message: DiagnosticArray) -> None:
         self.said += [(to_ns(message.header.stamp), status) for status in message.status]
 
-    def __enter__(self) -> Motion:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
+        """End the graph."""
         self.graph.close()
         rclpy.logging.set_logger_level("", self._level)
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import signal
-from types import TracebackType
+
+from hri_prediction.closing import Closing
 
 
 class HeldSignals:
@@ -41,7 +42,7 @@ class HeldSignals:
                 signal.signal(number, handler)
 
 
-class EndingSignals:
+class EndingSignals(Closing):
     """Lets SIGINT and SIGTERM only hurry the end of a run, from :meth:`begin` on.
 
     Who presses Ctrl-C again wants it to be over sooner, not to lose the recording. A context manager:
@@ -75,22 +76,12 @@ class EndingSignals:
     def pass_on(self) -> None:
         """Let the first that came have its effect, now that nothing is lost by it."""
         if self._come:
-            self._restore()
+            self.close()
             number = signal.Signals(self._come[0])
             self._handlers[number](number, None)
 
-    def _restore(self) -> None:
+    def close(self) -> None:
+        """Every signal has its handler again."""
         for number, handler in self._handlers.items():
             if signal.getsignal(number) == self._note:
                 signal.signal(number, handler)
-
-    def __enter__(self) -> EndingSignals:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._restore()

@@ -6,14 +6,16 @@ import threading
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from types import TracebackType
+from typing import Self
 
 from mcap.reader import make_reader
+
+from hri_prediction.closing import Closing
 
 _PERIOD_S = 0.02
 
 
-class FileGrowth:
+class FileGrowth(Closing):
     """Notes how a bag's file grows, while it is used as a context.
 
     Args:
@@ -29,16 +31,12 @@ class FileGrowth:
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._watch, name="file growth", daemon=True)
 
-    def __enter__(self) -> FileGrowth:
+    def __enter__(self) -> Self:
         self._thread.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
+        """Look no more."""
         self._stop.set()
         self._thread.join()
 

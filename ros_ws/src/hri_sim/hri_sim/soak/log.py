@@ -6,9 +6,9 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
+from hri_prediction.closing import Closing
 from hri_prediction.errors import DataError
 from hri_prediction.files.content import open_file
 
@@ -27,7 +27,7 @@ MOST_LINE = 1 << 20
 """No line is longer than that [bytes]."""
 
 
-class SoakLog:
+class SoakLog(Closing):
     """Writes lines as they come; a process that is killed loses none that was written.
 
     Args:
@@ -42,15 +42,8 @@ class SoakLog:
         line = json.dumps({"kind": kind, **content}, allow_nan=False, separators=(",", ":"))
         self._file.write(line + "\n")
 
-    def __enter__(self) -> SoakLog:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
+        """No more lines."""
         self._file.close()
 
 

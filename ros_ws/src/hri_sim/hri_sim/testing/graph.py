@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from types import TracebackType
 from typing import Any
 
 import rclpy
@@ -13,6 +12,7 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 
+from hri_prediction.closing import Closing
 from hri_prediction.errors import GraphError
 from hri_prediction.ros.messages import ReachTarget
 from hri_prediction.ros.node import HriNode
@@ -48,7 +48,7 @@ class ReachHandle:
         return self._result.result().result
 
 
-class Graph:
+class Graph(Closing):
     """Nodes in one context and one executor, advanced in lock-step.
 
     Args:
@@ -100,17 +100,6 @@ class Graph:
         self._client_node = Node("test_client", context=self.context)
         self.lockstep.executor.add_node(self._client_node)
         self._clients: dict[str, ActionClient] = {}
-
-    def __enter__(self) -> Graph:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def close(self) -> None:
         """Destroy everything; further calls do nothing."""
