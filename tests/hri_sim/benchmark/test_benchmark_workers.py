@@ -5,6 +5,7 @@ import importlib.util
 import pytest
 
 from hri_prediction.errors import ConfigError
+from hri_prediction.results.workers import check_workers
 from hri_sim.benchmark import workers
 from hri_sim.benchmark.workers import do_all
 
@@ -21,7 +22,7 @@ class Cluster:
 
 
 def test_workers_that_compute_alike_are_taken():
-    workers._check_workers(Cluster(a={}, b={}), "tcp://here")
+    check_workers(Cluster(a={}, b={}), "tcp://here", workers._computed_with)
 
 
 @pytest.mark.parametrize(
@@ -35,7 +36,7 @@ def test_workers_that_compute_alike_are_taken():
 )
 def test_other_workers_are_refused(found, message):
     with pytest.raises(ConfigError, match=message):
-        workers._check_workers(Cluster(**found), "tcp://here")
+        check_workers(Cluster(**found), "tcp://here", workers._computed_with)
 
 
 def test_without_dask_it_is_said_how_to_get_it(monkeypatch):

@@ -14,6 +14,7 @@ from hri_planner.adaptation.gpr_selection import check_scikit_learn
 from hri_planner.adaptation.model_file import save_model
 from hri_planner.adaptation.origin import planner_hash, trained_for_another, warning
 from hri_prediction.errors import ConfigError
+from hri_prediction.results.options import Scheduler, Workers, make_folders, resumable
 from hri_prediction.results.origin import available_cores, origin_line, results_origin
 from hri_prediction.results.progress import ProgressLine
 from hri_sim.adaptation.design import Design, Job
@@ -23,7 +24,6 @@ from hri_sim.adaptation.training import train
 from hri_sim.benchmark.adapted import TRAINED_AT
 from hri_sim.benchmark.conditions import CONDITIONS_A_TASK, TASKS
 from hri_sim.benchmark.episode import SLOWDOWNS
-from hri_sim.benchmark.options import Scheduler, Workers, make_folders, resumable
 from hri_sim.benchmark.rows import Unit
 
 SEEDS = 5

@@ -12,12 +12,12 @@ from rich.console import Console
 from rich.table import Table
 
 from hri_prediction.errors import ConfigError
+from hri_prediction.results.options import Scheduler, Workers, make_folders, resumable
 from hri_prediction.results.origin import available_cores, origin_line, results_origin
 from hri_prediction.results.progress import ProgressLine
 from hri_sim.benchmark.conditions import CONDITIONS_A_TASK, SPLITS, TASKS, check_split
 from hri_sim.benchmark.episode import SLOWDOWNS
 from hri_sim.benchmark.execution import PAPER, check_execution
-from hri_sim.benchmark.options import Scheduler, Workers, make_folders, resumable
 from hri_sim.benchmark.planners import DEFAULT_PLANNERS, ORACLE, PLANNERS, find_planners
 from hri_sim.benchmark.realtime_report import REALTIME_TASKS, measure_planners, realtime_report
 from hri_sim.benchmark.report import (

@@ -10,9 +10,9 @@ import typer
 from rich.console import Console
 
 from hri_prediction.errors import ConfigError
+from hri_prediction.results.options import Workers, make_folders, resumable
 from hri_prediction.results.origin import available_cores, origin_line, results_origin
 from hri_prediction.results.progress import ProgressLine
-from hri_sim.benchmark.options import Workers, make_folders, resumable
 from hri_sim.faults.catalogue import FAULTS
 from hri_sim.readability_report.run_folder import write_json
 from hri_sim.reliability import encounters, table

@@ -16,9 +16,9 @@ from rich.console import Console
 from hri_planner.rnn.model_file import find_policy, read_policy
 from hri_prediction.errors import ConfigError
 from hri_prediction.results.folder import check_folder
+from hri_prediction.results.options import Workers, make_folders
 from hri_prediction.results.origin import available_cores, results_origin
 from hri_prediction.results.progress import ProgressLine
-from hri_sim.benchmark.options import Workers, make_folders
 from hri_sim.benchmark.workers import do_all
 from hri_sim.policies.evaluation import evaluate
 from hri_sim.policies.evaluation_picture import draw_paths

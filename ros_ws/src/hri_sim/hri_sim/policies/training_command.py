@@ -16,9 +16,9 @@ from rich.console import Console
 from hri_planner.rnn.training.config import TrainingConfig
 from hri_prediction.config import load_yaml
 from hri_prediction.errors import ConfigError
+from hri_prediction.results.options import Workers, make_folders, resumable
 from hri_prediction.results.origin import available_cores, results_origin
 from hri_prediction.results.progress import ProgressLine
-from hri_sim.benchmark.options import Workers, make_folders, resumable
 from hri_sim.benchmark.workers import do_all
 from hri_sim.policies.datasets import SETS, WITHOUT_PAIR
 from hri_sim.policies.jobs import is_recording, train_job

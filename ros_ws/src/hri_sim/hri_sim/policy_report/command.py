@@ -16,9 +16,9 @@ from hri_planner.rnn.training.config import TrainingConfig
 from hri_prediction.config import load_yaml
 from hri_prediction.errors import ConfigError
 from hri_prediction.results.dependencies import dependency_hash
+from hri_prediction.results.options import Workers, make_folders, resumable
 from hri_prediction.results.origin import available_cores, results_origin
 from hri_prediction.results.progress import ProgressLine
-from hri_sim.benchmark.options import Workers, make_folders, resumable
 from hri_sim.policies.evaluation import finite
 from hri_sim.policies.training_command import SMOKE
 from hri_sim.policy_report import bars

@@ -19,8 +19,8 @@ from hri_planner.pibb.library import Entry, PolicyLibrary
 from hri_planner.pibb.storage import write_whole
 from hri_prediction.errors import ConfigError
 from hri_prediction.results.folder import check_folder
+from hri_prediction.results.options import make_folders
 from hri_prediction.results.origin import origin_line, results_origin
-from hri_sim.benchmark.options import make_folders
 from hri_sim.benchmark.report import markdown_table
 from hri_sim.media.look import BLUE, GREEN, GREY, PURPLE, SKY, VERMILION
 from hri_sim.policies.evaluation_report import number, table

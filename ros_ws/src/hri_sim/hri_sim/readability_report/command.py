@@ -9,9 +9,9 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
+from hri_prediction.results.options import Workers, make_folders, resumable
 from hri_prediction.results.origin import available_cores, results_origin
 from hri_prediction.results.progress import ProgressLine
-from hri_sim.benchmark.options import Workers, make_folders, resumable
 from hri_sim.policies.evaluation import finite
 from hri_sim.policy_report.bars import as_json
 from hri_sim.readability_report import improvement

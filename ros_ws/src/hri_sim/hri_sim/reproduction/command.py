@@ -9,9 +9,9 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
+from hri_prediction.results.options import Scheduler, Workers, make_folders, resumable
 from hri_prediction.results.origin import available_cores, results_origin
 from hri_prediction.results.progress import ProgressLine
-from hri_sim.benchmark.options import Scheduler, Workers, make_folders, resumable
 from hri_sim.benchmark.report import SHARE_HEADS, share_text
 from hri_sim.benchmark.run import Plan, run_benchmark
 from hri_sim.benchmark.summary import summarise

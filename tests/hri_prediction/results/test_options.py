@@ -7,7 +7,7 @@ import typer
 from rich.console import Console
 
 from hri_prediction.errors import ConfigError
-from hri_sim.benchmark.options import make_folders, resumable
+from hri_prediction.results.options import make_folders, resumable
 
 
 def test_folders_are_made_or_the_option_is_named(tmp_path: Path):
