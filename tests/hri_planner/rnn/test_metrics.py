@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 from hri_planner.rnn.metrics.correlation import correlations
 from hri_planner.rnn.metrics.reaching import reach_steps, reaching
-from hri_planner.rnn.metrics.warping import distances, likeness, warped_distance
+from hri_planner.rnn.metrics.warping import distances, likeness
+from hri_prediction.geometry.warping import warped_distance
 
 GOAL = np.zeros(3)
 

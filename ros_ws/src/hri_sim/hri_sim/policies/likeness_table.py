@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 from hri_planner.rnn.encounters import Encounter
 from hri_planner.rnn.metrics.divergence import path_model
 from hri_planner.rnn.metrics.reaching import reach_steps
-from hri_planner.rnn.metrics.warping import distances, likeness, warped_distance
+from hri_planner.rnn.metrics.warping import distances, likeness
 from hri_planner.rnn.model import PolicyModel
+from hri_prediction.geometry.warping import warped_distance
 from hri_sim.policies.evaluation import motions, situations, until
 
 FloatArray = NDArray[np.float64]

@@ -1,42 +1,16 @@
-"""Dynamic time warping, as a sum of Euclidean distances along the cheapest way (table 5.3).
-
-Not the root of a sum of squares, which some libraries compute by default.
-"""
+"""How like people a policy moves, by dynamic time warping (table 5.3)."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hri_prediction.compiled import njit
+from hri_prediction.geometry.warping import warped_distance
 
 FloatArray = NDArray[np.float64]
-
-
-@njit
-def _warped(first: Any, second: Any) -> float:
-    n, m = first.shape[0], second.shape[0]
-    before, row = np.full(m + 1, np.inf), np.full(m + 1, np.inf)
-    before[0] = 0.0
-    for i in range(n):
-        row[0] = np.inf
-        for j in range(m):
-            squares = 0.0
-            for k in range(first.shape[1]):
-                apart = first[i, k] - second[j, k]
-                squares += apart * apart
-            row[j + 1] = np.sqrt(squares) + min(before[j + 1], row[j], before[j])
-        before, row = row, before
-    return float(before[m])
-
-
-def warped_distance(first: FloatArray, second: FloatArray) -> float:
-    """Distance of two paths (n, d) and (m, d), in their unit."""
-    return float(_warped(np.ascontiguousarray(first), np.ascontiguousarray(second)))
 
 
 def distances(made: Sequence[FloatArray], human: Sequence[FloatArray]) -> FloatArray:
