@@ -16,7 +16,7 @@ from hri_prediction.tracks.files import save_tracks
 from hri_prediction.tracks.track import ArmTrack
 from hri_sim.nodes.replayer_node import ReplayerNode
 from hri_sim.scenario.schema import Scenario
-from hri_sim.testing import Graph, node_factory, reach
+from hri_sim.testing import Graph, cue, node_factory, reach
 from hri_sim.testing.spoiling import STILL
 
 
@@ -120,3 +120,21 @@ def test_a_replay_that_faces_away_from_the_librarys_people_is_named(
         graph.run(2.0)
         assert "another YAW" in predictor.health()[2]["person1 turned"]
         assert not predictor.faults
+
+
+def test_a_person_who_has_reached_often_takes_no_longer_to_tick(
+    make_graph: Callable[..., Graph], scenario: Scenario
+) -> None:
+    quick = scenario.reaches[0].model_copy(update={"person_delay": 0.0, "person_duration": 0.2})
+    scene = scenario.model_copy(update={"reaches": (quick,)})
+    graph = make_graph(scenario=scene)
+    graph.run(0.1)
+    person = graph.nodes["person"]
+    kept = []
+    for _ in range(12):
+        cue(graph, scene, 0)
+        graph.run(0.4)
+        kept.append(person.health()[2]["reaches_kept"])
+    assert not person.faults
+    assert kept[0] == 1
+    assert max(kept) <= 4  # those of the last second, and the one before

@@ -25,6 +25,10 @@ MAX_CUE_S = 600.0
 """Longer delays or durations in a cue are taken for mistakes [s]."""
 
 
+KEPT_S = 1.0
+"""Reaches that ended longer ago are not asked for any more, however late a tick comes [s]."""
+
+
 @dataclass(frozen=True)
 class PersonNodeConfig:
     """What the node needs to know."""
@@ -79,8 +83,12 @@ class PersonNode(HriNode):
             return
         index = cue.reach if 0 <= cue.reach < len(self._scenario.reaches) else 0
         name = self._scenario.person_of(index).id
+        person = self._people[name]
+        # The truth is worked out from all reaches that are kept: a tick must not take longer after a
+        # thousand of them.
+        person.forget_ended(self._captured.seconds(self.now_ns()) - KEPT_S)
         try:
-            self._people[name].plan_reach(
+            person.plan_reach(
                 target,
                 self._captured.seconds(to_ns(cue.header.stamp)) + cue.delay,
                 cue.duration,
@@ -119,7 +127,11 @@ class PersonNode(HriNode):
         """Who is there and what they do."""
         now = self._captured.seconds(self.now_ns())
         moving = [name for name, person in self._people.items() if now < person.rests_from_s]
-        figures = {"bodies": ", ".join(self._people), "captures_skipped": self._captured.skipped}
+        figures = {
+            "bodies": ", ".join(self._people),
+            "captures_skipped": self._captured.skipped,
+            "reaches_kept": max(len(person.motions) for person in self._people.values()),
+        }
         return OK, f"reaching: {', '.join(moving)}" if moving else "at rest", figures
 
 
