@@ -78,7 +78,11 @@ REACHED = {
 
 
 def sample(
-    second: int, leak: float, rng: np.random.Generator, lasting: Collection[str] = NODES
+    second: int,
+    leak: float,
+    rng: np.random.Generator,
+    lasting: Collection[str] = NODES,
+    slower: float = 0.0,
 ) -> dict[str, Any]:
     """A second of a run: ptomp is started again after 100 s, who does not last each second."""
 
@@ -91,7 +95,7 @@ def sample(
             "resident_mb": memory + 100.0,
             "threads": 12,
             "files": 14,
-            "cpu_s": 0.25 * second,
+            "cpu_s": 0.25 * second * (1.0 + 0.5 * slower * second / SECONDS),
         }
 
     return {
@@ -117,6 +121,7 @@ def write_record(
     deaths: tuple[dict[str, Any], ...] = (),
     end: dict[str, Any] | None = ENDED,
     seconds: int = SECONDS,
+    slower: float = 0.0,
     lasting: Collection[str] = NODES,
 ) -> Path:
     """Write one; ``end`` none: the script was killed; ``lasting``: whose processes live on."""
@@ -125,7 +130,7 @@ def write_record(
     with SoakLog(folder / LOG) as log:
         log.write(BEGIN, BEGUN)
         for second in range(seconds):
-            log.write(SAMPLE, sample(second, leak, rng, lasting))
+            log.write(SAMPLE, sample(second, leak, rng, lasting, slower))
         for kind, rows in ((FAULT, faults), (REACH, reaches), ("death", deaths)):
             for row in rows:
                 log.write(kind, row)

@@ -54,6 +54,7 @@ def test_a_run_in_which_all_went_well(tmp_path: Path) -> None:
     ("changed", "words"),
     [
         ({"leak": 0.07}, "process' memory"),
+        ({"slower": 0.5}, "processor time"),
         ({"faults": ({**KILLED, "rest_ms": 230.0},)}, "at rest"),
         ({"faults": ({**KILLED, "rest_ms": None},)}, "at rest"),
         ({"faults": ({**KILLED, "named_ms": 1200.0},)}, "named"),

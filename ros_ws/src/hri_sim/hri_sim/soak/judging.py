@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from hri_sim.soak.faults import CANCEL, GROUPS, KILL, PAUSE, UNREACHABLE
 from hri_sim.soak.growth import Growth, latency_growth, memory_growth
+from hri_sim.soak.load import MOST_SHARE, grown, load_of
 from hri_sim.soak.log import DEATH, END, FAULT, REACH, SAMPLE, SoakRecord
 
 FloatArray = NDArray[np.float64]
@@ -83,6 +84,7 @@ def memory_rows(samples: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
                 "threads": [warm["threads"], points[-1][1]["threads"]],
                 "files": [warm["files"], points[-1][1]["files"]],
                 "cores": _cores(points),
+                "load": load_of(old),
                 "growth": None if growth is None else asdict(growth),
             }
         )
@@ -231,7 +233,12 @@ def bars(
 ) -> list[Bar]:
     """What is wanted, and whether it is met."""
     length_s = float(samples[-1]["s"] - samples[0]["s"]) if samples else 0.0
-    found = [_memory_bar(memory_rows(samples), length_s), _latency_bar(growth, length_s)]
+    rows = memory_rows(samples)
+    found = [
+        _memory_bar(rows, length_s),
+        _load_bar(rows, length_s),
+        _latency_bar(growth, length_s),
+    ]
     stopping = [f for f in faults if f["node"] and f["moving"] and must_stop(f)]
     found.append(
         _most_bar(
@@ -288,6 +295,20 @@ def _memory_bar(rows: Sequence[dict[str, Any]], length_s: float) -> Bar:
     if left_out:
         measured += f", too short: {', '.join(sorted(left_out))}"
     return Bar(what, measured, wanted, share <= MOST_GROWTH)
+
+
+def _load_bar(rows: Sequence[dict[str, Any]], length_s: float) -> Bar:
+    what = "growth of the processor time that a process needs, first to last third"
+    wanted = f"≤ {MOST_SHARE:.0%}"
+    judged = [row for row in rows if row["load"] is not None]
+    if not judged:
+        return _growth_untold(what, "no process lived long enough", wanted, length_s)
+    worst = max(judged, key=lambda row: grown(row["load"]))
+    first, last = worst["load"]
+    measured = (
+        f"{grown(worst['load']):+.0%} at most ({worst['node']}, {first:.2f} to {last:.2f} cores)"
+    )
+    return Bar(what, measured, wanted, grown(worst["load"]) <= MOST_SHARE)
 
 
 def _latency_bar(growth: Growth | None, length_s: float) -> Bar:

@@ -67,7 +67,9 @@ def memory_table(content: dict[str, Any]) -> list[tuple[str, ...]]:
                 "–" if growth is None else f"{growth['share']:+.1%}",
                 f"{row['threads'][0]}→{row['threads'][1]}",
                 f"{row['files'][0]}→{row['files'][1]}",
-                _cell(row["cores"], ".2f"),
+                _cell(row["cores"], ".2f")
+                if row["load"] is None
+                else "→".join(f"{cores:.2f}" for cores in row["load"]),
             )
         )
     return sorted(found)
@@ -153,7 +155,8 @@ def report(content: dict[str, Any]) -> str:
         "of its life on. Growth is the slope of Theil and Sen over that time, or the difference of the "
         "medians of first and last third, whichever is more, as a share of the first third's; it is not "
         "extrapolated. `first` and `last` are these medians. Of lives that were too short to be judged "
-        "only each node's longest is listed. In the second half of the run no node is killed.\n",
+        "only each node's longest is listed. In the second half of the run no node is killed. Cores: "
+        "medians of first and last third, of short lives the mean.\n",
         *_table(MEMORY_HEAD, memory_table(content)),
         "## Latency\n",
         "Newest sample used to trajectory received by the script, without the simulated sensor's delay. "
