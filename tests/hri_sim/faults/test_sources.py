@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from hri_prediction.tracks.placement import Placement
+from hri_sim.faults.live import LiveGraph
 from hri_sim.faults.motion import SCENES
-from hri_sim.faults.processes import live_graph
+from hri_sim.faults.processes import GRAPH, live_graph
 from hri_sim.faults.sources import ARM_PLACE, MOCAP_LIVE, SOURCES, scene_of, there_and_back
 from hri_sim.reliability.fault import Place, Skipped
 from hri_sim.scenario.conditions import draw_scenario
@@ -53,3 +54,22 @@ def test_without_qtm_rt_its_lines_are_skipped(
     monkeypatch.setitem(sys.modules, "qtm_rt", None)
     with pytest.raises(Skipped, match=r"needs qtm-rt, .*requirements/qualisys\.txt"):
         live_graph(MOCAP_LIVE, Place(tmp_path, tmp_path / "keep"))
+
+
+def test_a_graph_is_closed_once_where_the_next_one_cannot_be_started(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Running(LiveGraph):
+        def __init__(self) -> None:
+            self.folder, self.closed = tmp_path / "dyad", 0
+
+        def close(self) -> None:
+            self.closed += 1
+
+    monkeypatch.setitem(sys.modules, "qtm_rt", None)
+    running = Running()
+    place = Place(tmp_path, tmp_path / "keep", stays={GRAPH: running})
+    for _ in range(2):
+        with pytest.raises(Skipped):
+            live_graph(MOCAP_LIVE, place)
+    assert running.closed == 1

@@ -70,7 +70,8 @@ def live_graph(victim: str, place: Place) -> LiveGraph:
     if isinstance(running, LiveGraph):
         if running.folder.name == kind:
             return running
-        running.close()
+        # Where the next one cannot be started, this one must not be closed once more.
+        place.stays.pop(GRAPH).close()
     # Where the folder of a fault goes, a graph that outlives it must not be.
     folder = new_folder(place.keep.parent / GRAPH / kind)
     if kind == "trials":
