@@ -48,10 +48,12 @@ ROSDEP_KEYS = {
     "yaml": "python3-yaml",
 }
 WITHOUT_KEY = {
+    "casadi": "casadi",
     "coal": "coal",
     "distributed": "distributed",
     "ezc3d": "ezc3d",
     "imageio_ffmpeg": "imageio-ffmpeg",
+    "llvmlite": "llvmlite",
     "lz4": "lz4",
     "mcap": "mcap",
     "movement_primitives": "movement-primitives",

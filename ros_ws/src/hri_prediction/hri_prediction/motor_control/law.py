@@ -1,0 +1,212 @@
+r"""A law of weights by posture, fitted to the paths of all reaches at once.
+
+The weights of one noisy reach are hardly known; a law that all reaches of a person, or of many, have in
+common is. Logarithms of ratios of weights are linear in the joint angles at both ends,
+
+.. math:: \log \frac{\alpha_i}{\alpha_{JJ}} = \theta_i^\top \,[1, q_s, q_e],
+
+so that weights stay on the simplex, and the squared distance of all paths to their optima is minimised over
+:math:`\theta` by Gauss-Newton steps (Levenberg and Marquardt), with the derivatives that `ioc` has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hri_prediction.errors import ConfigError, DataError
+from hri_prediction.motor_control.costs import CHAPTER_2, JOINT_JERK, indices_of
+from hri_prediction.motor_control.observed import ObservedReach
+from hri_prediction.motor_control.ocp import ReachSolver
+from hri_prediction.motor_control.scaling import MAXIMUM, scaling_of
+
+Array = NDArray[np.float64]
+
+FEATURES = ("1", "q1_start", "q2_start", "q3_start", "q1_end", "q2_end", "q3_end")
+_LOG_LIMIT = 12.0
+"""Ratios of weights beyond e^12 are the same to a reach."""
+
+
+def features(q_start: ArrayLike, q_end: ArrayLike) -> Array:
+    """[1, q_s, q_e] (..., 7), angles in radians."""
+    start, end = np.asarray(q_start, dtype=float), np.asarray(q_end, dtype=float)
+    one = np.ones((*start.shape[:-1], 1))
+    return np.concatenate([one, start, end], axis=-1)
+
+
+@dataclass(frozen=True, eq=False)
+class WeightLaw:
+    """Weights as a function of the posture at both ends.
+
+    Attributes:
+        names: The costs, joint jerk among them.
+        theta: (n - 1, 7), of all costs but joint jerk, in the order of names.
+    """
+
+    names: tuple[str, ...]
+    theta: Array
+
+    def __post_init__(self) -> None:
+        indices_of(self.names)
+        if JOINT_JERK not in self.names or len(self.names) < 2:
+            raise ConfigError(
+                f"costs {', '.join(self.names)}", expected=f"{JOINT_JERK} and one more at least"
+            )
+        theta = np.array(self.theta, dtype=float)
+        shape = (len(self.names) - 1, len(FEATURES))
+        if theta.shape != shape or not np.isfinite(theta).all():
+            raise DataError(
+                f"theta of shape {theta.shape}", expected=f"finite numbers of shape {shape}"
+            )
+        theta.setflags(write=False)
+        object.__setattr__(self, "theta", theta)
+
+    def alpha(self, q_start: ArrayLike, q_end: ArrayLike) -> Array:
+        """Weights (..., n) of reaches between postures (..., 3) [rad]."""
+        logs = np.clip(features(q_start, q_end) @ self.theta.T, -_LOG_LIMIT, _LOG_LIMIT)
+        whole = np.insert(logs, self.names.index(JOINT_JERK), 0.0, axis=-1)
+        raised = np.exp(whole - whole.max(axis=-1, keepdims=True))
+        found: Array = raised / raised.sum(axis=-1, keepdims=True)
+        return found
+
+    def slopes(self, q_start: Array, q_end: Array) -> Array:
+        """Derivatives of the weights of one reach by theta (n, n - 1, 7)."""
+        alpha = self.alpha(q_start, q_end)
+        by_logs = np.diag(alpha) - np.outer(alpha, alpha)
+        by_logs = np.delete(by_logs, self.names.index(JOINT_JERK), axis=1)
+        return by_logs[:, :, None] * features(q_start, q_end)
+
+
+@dataclass(frozen=True, eq=False)
+class FittedLaw:
+    """A law and how well it does.
+
+    Attributes:
+        law: The law.
+        rms_m: Root mean square distance of samples to the optima of the law [m].
+        steps: Gauss-Newton steps that were taken.
+        theta_sd: Standard deviation of theta from Fisher's information, (n - 1, 7).
+    """
+
+    law: WeightLaw
+    rms_m: float
+    steps: int
+    theta_sd: Array
+
+
+def fit_law(
+    solver_of: Callable[[ObservedReach], ReachSolver],
+    reaches: Sequence[ObservedReach],
+    names: Sequence[str] = CHAPTER_2,
+    *,
+    scaling: str = MAXIMUM,
+    steps: int = 15,
+    ridge: float = 1e-6,
+    progress: Callable[[int, int], None] = lambda done, of: None,
+) -> FittedLaw:
+    """Fit a law to reaches of one person or of many.
+
+    Args:
+        solver_of: The solver of the arm that did a reach.
+        reaches: At least one.
+        names: Costs, joint jerk among them.
+        scaling: How costs are brought to one range, in each reach.
+        steps: At most.
+        ridge: By how much theta is drawn to zero, by the scale of the information.
+        progress: Called with steps done and their number.
+
+    Raises:
+        ConfigError: on names that are no costs, or without joint jerk.
+        DataError: without reaches.
+        NotConverged: the lower level was not solved.
+    """
+    if not reaches:
+        raise DataError("no reaches to fit a law to", expected="one or more")
+    names = tuple(names)
+    law = WeightLaw(names, np.zeros((len(names) - 1, len(FEATURES))))
+    pooled = [_Pooled(solver_of(each), each, names, scaling) for each in reaches]
+    samples = sum(each.observed.hand.size for each in pooled)
+    squares = sum(each.solve(law) for each in pooled)
+    damping, done = 1e-3, 0
+    size = law.theta.size
+    information = np.eye(size)
+    for done in range(1, steps + 1):
+        progress(done - 1, steps)
+        information, right = ridge * np.eye(size) * samples * 1e-6, np.zeros(size)
+        right -= information @ law.theta.ravel()
+        for each in pooled:
+            matrix, residual = each.linear(law)
+            information += matrix.T @ matrix
+            right += matrix.T @ residual
+        better = None
+        while damping < 1e8:
+            damped = information + damping * np.diag(np.diag(information))
+            tried = WeightLaw(
+                names, law.theta + np.linalg.solve(damped, right).reshape(law.theta.shape)
+            )
+            new = sum(each.solve(tried) for each in pooled)
+            if new < squares:
+                better = tried, new
+                break
+            damping *= 10.0
+        if better is None:
+            break
+        gained = (squares - better[1]) / squares
+        law, squares = better
+        for each in pooled:
+            each.accept()
+        damping = max(damping * 0.1, 1e-9)
+        if gained < 1e-7:
+            break
+    progress(steps, steps)
+    noise = squares / max(samples - size, 1)
+    sd = np.sqrt(np.maximum(np.diag(np.linalg.pinv(information)) * noise, 0.0))
+    return FittedLaw(
+        law, float(np.sqrt(3.0 * squares / samples)), done, sd.reshape(law.theta.shape)
+    )
+
+
+class _Pooled:
+    """One of the reaches."""
+
+    def __init__(
+        self, solver: ReachSolver, observed: ObservedReach, names: tuple[str, ...], scaling: str
+    ) -> None:
+        self.solver, self.observed, self.names = solver, observed, names
+        self.scaling = scaling_of(solver, observed.problem, scaling)
+        self.chosen = indices_of(names)
+        self._motion = self._tried = self.scaling.optima[JOINT_JERK]
+
+    def solve(self, law: WeightLaw) -> float:
+        """Squared distance of the path to the optimum of a law; `accept` keeps that."""
+        alpha = law.alpha(self.observed.problem.q_start, self.observed.problem.q_end)
+        weights = self.scaling.weights(alpha, self.names)
+        self._tried = self.solver.solve(self.observed.problem, weights, self._motion.coefficients)
+        path = self._tried.hand(self.observed.phases, self.solver.arm)
+        return float(np.square(path - self.observed.hand).sum())
+
+    def accept(self) -> None:
+        """The last motion is where the next steps begin."""
+        self._motion = self._tried
+
+    def linear(self, law: WeightLaw) -> tuple[Array, Array]:
+        """Derivative of the path by theta (3 N, p), and what is left to the path seen (3 N,)."""
+        problem = self.observed.problem
+        weights = self.scaling.weights(law.alpha(problem.q_start, problem.q_end), self.names)
+        _, by_weights = self.solver.path_derivatives(
+            problem, self._tried, weights, self.chosen, self.observed.phases
+        )
+        by_alpha = by_weights * self.scaling.factors[self.chosen]
+        by_theta = np.tensordot(by_alpha, law.slopes(problem.q_start, problem.q_end), axes=1)
+        residual = self.observed.hand - self._tried.hand(self.observed.phases, self.solver.arm)
+        return by_theta.reshape(residual.size, -1), residual.ravel()
+
+
+def explained(truth: ArrayLike, found: ArrayLike) -> float:
+    """Share of the variance of true weights (N, n) that found ones explain, pooled over all costs."""
+    true, made = np.asarray(truth, dtype=float), np.asarray(found, dtype=float)
+    spread = float(np.square(true - true.mean(axis=0)).sum())
+    return 1.0 - float(np.square(true - made).sum()) / spread

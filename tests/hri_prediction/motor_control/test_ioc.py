@@ -1,0 +1,184 @@
+"""Inverse optimal control: weights found again, against a search without derivatives; how surely; a law."""
+
+import numpy as np
+import pytest
+from drawn import observed, problem
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from hri_prediction.errors import ConfigError, DataError
+from hri_prediction.geometry.warping import warped_distance, warping_path
+from hri_prediction.motor_control.costs import CHAPTER_2, CHAPTER_3, shares
+from hri_prediction.motor_control.ioc import explain, simplex_step
+from hri_prediction.motor_control.law import WeightLaw, explained, fit_law
+from hri_prediction.motor_control.observed import ObservedReach
+from hri_prediction.motor_control.search import search
+from hri_prediction.motor_control.uncertainty import certainty
+
+
+@pytest.mark.parametrize("names", [CHAPTER_2, CHAPTER_3])
+def test_weights_are_found_again(solver, rng, names):
+    for number in (0, 17, 44, 80):
+        alpha = (
+            0.05 + 0.95 * rng.dirichlet(np.full(len(names), 3.0)) * (1.0 - 0.05 * len(names)) / 0.95
+        )
+        alpha /= alpha.sum()
+        found = explain(solver, observed(solver, problem(number), alpha, names), names)
+        np.testing.assert_allclose(found.alpha, alpha, atol=1e-3)
+        assert found.solves <= 25
+        assert found.distance_m < 1e-5
+        assert (found.distance_m <= found.single_m).all()
+
+
+def test_one_cost_alone_is_recognised(solver):
+    for index in range(4):
+        alpha = np.eye(4)[index]
+        found = explain(solver, observed(solver, problem(30), alpha))
+        assert found.alpha[index] > 0.99
+
+
+def test_what_is_found_is_no_farther_than_what_a_search_finds(solver, rng):
+    seen = observed(solver, problem(12), np.array([0.5, 0.25, 0.1, 0.15]))
+    noisy = ObservedReach(
+        seen.problem, seen.phases, seen.angles, seen.hand + rng.normal(0.0, 0.001, seen.hand.shape)
+    )
+    ours, theirs = explain(solver, noisy), search(solver, noisy, radii=(0.3,), evaluations=60)
+    assert ours.distance_m <= theirs.distance_m * 1.002
+    assert theirs.solves > 40 > ours.solves
+    assert theirs.alpha.sum() == pytest.approx(1.0)
+    with pytest.raises(ConfigError, match="joint_jerk"):
+        search(solver, noisy, ("hand_jerk", "energy"))
+
+
+def test_certainty_is_the_spread_of_repetitions(solver, rng):
+    truth = np.array([0.35, 0.3, 0.15, 0.2])
+    seen = observed(solver, problem(6), truth)
+    found, sds = [], []
+    for _ in range(25):
+        noisy = ObservedReach(
+            seen.problem,
+            seen.phases,
+            seen.angles,
+            seen.hand + rng.normal(0.0, 3e-4, seen.hand.shape),
+        )
+        one = explain(solver, noisy, start=truth)
+        sure = certainty(one, noisy)
+        found.append(one.alpha)
+        sds.append(sure.sd)
+        assert sure.noise_m == pytest.approx(3e-4, rel=0.15)
+    spread, told = np.std(found, axis=0), np.mean(sds, axis=0)
+    assert (spread < 2.0 * told).all()
+    assert (told < 2.5 * spread).all()
+    np.testing.assert_allclose(sure.covariance.sum(axis=0), 0.0, atol=1e-12)  # the sum is known
+    assert (np.diff(sure.axes_m) <= 0.0).all()
+
+
+def test_nothing_is_known_of_what_does_not_show(solver):
+    seen = observed(solver, problem(6), np.array([0.0, 1.0, 0.0, 0.0]))
+    sure = certainty(explain(solver, seen), seen)
+    assert (sure.sd <= 1.0).all()
+
+
+@given(
+    st.integers(2, 6).flatmap(
+        lambda n: st.tuples(
+            arrays(float, n, elements=st.floats(0.01, 1.0)),
+            arrays(float, (5, 3, n), elements=st.floats(-1.0, 1.0)),
+            arrays(float, (5, 3), elements=st.floats(-1.0, 1.0)),
+            arrays(float, 5, elements=st.floats(0.1, 10.0)),
+        )
+    ),
+    st.sampled_from([0.0, 1e-3, 1.0]),
+)
+@settings(max_examples=100, deadline=None)
+def test_steps_stay_on_the_simplex_and_do_not_make_the_model_worse(drawn, damping):
+    weights, slopes, wanted, counted = drawn
+    alpha = weights / weights.sum()
+    found = simplex_step(alpha, slopes, wanted, counted, damping)
+    assert (found >= 0.0).all()
+    assert found.sum() == pytest.approx(1.0)
+
+    def model(at):
+        left = slopes @ (at - alpha) - wanted
+        return float((counted[:, None] * left**2).sum())
+
+    assert model(found) <= model(alpha) * (1.0 + 1e-6) + 1e-6
+
+
+def test_a_law_is_fitted_to_all_paths_at_once(solver, rng):
+    theta = np.zeros((3, 7))
+    theta[:, 0] = (-0.3, -1.0, -0.6)
+    theta[:, 1:] = rng.normal(0.0, 0.5, (3, 6))
+    law = WeightLaw(CHAPTER_2, theta)
+    reaches, truth = [], []
+    for number in range(0, 81, 3):
+        task = problem(number)
+        alpha = law.alpha(task.q_start, task.q_end)
+        reaches.append(observed(solver, task, alpha))
+        truth.append(alpha)
+    steps = []
+    fitted = fit_law(lambda _: solver, reaches, progress=lambda done, of: steps.append((done, of)))
+    found = [fitted.law.alpha(each.problem.q_start, each.problem.q_end) for each in reaches]
+    assert explained(truth, found) > 0.99
+    assert fitted.rms_m < 1e-4
+    assert steps[-1][0] == steps[-1][1]
+    np.testing.assert_allclose(
+        shares(truth[0], CHAPTER_2, ("hand_jerk", "energy")), truth[0][0] + truth[0][3]
+    )
+
+
+def test_slopes_of_a_law_match_finite_differences(rng):
+    law = WeightLaw(CHAPTER_2, rng.normal(0.0, 0.5, (3, 7)))
+    start, end, step = rng.normal(size=3), rng.normal(size=3), 1e-6
+    slopes = law.slopes(start, end)
+    for i in range(3):
+        for j in range(7):
+            moved = np.zeros((3, 7))
+            moved[i, j] = step
+            ahead, behind = (
+                WeightLaw(CHAPTER_2, law.theta + s * moved).alpha(start, end) for s in (1.0, -1.0)
+            )
+            np.testing.assert_allclose(slopes[:, i, j], (ahead - behind) / (2 * step), atol=1e-8)
+
+
+def test_laws_that_cannot_be_are_refused(solver):
+    with pytest.raises(ConfigError, match="joint_jerk"):
+        WeightLaw(("hand_jerk", "energy"), np.zeros((1, 7)))
+    with pytest.raises(DataError, match="theta"):
+        WeightLaw(CHAPTER_2, np.zeros((2, 7)))
+    with pytest.raises(DataError, match="no reaches"):
+        fit_law(lambda _: solver, [])
+
+
+@given(st.integers(0, 10_000), st.integers(2, 30), st.integers(2, 30))
+@settings(max_examples=40, deadline=None)
+def test_warping_paths_are_what_their_distance_says(seed, n, m):
+    rng = np.random.default_rng(seed)
+    first, second = rng.normal(size=(n, 3)), rng.normal(size=(m, 3))
+    total, pairs = warping_path(first, second)
+    assert total == pytest.approx(warped_distance(first, second), rel=1e-12)
+    assert total == pytest.approx(
+        np.linalg.norm(first[pairs[:, 0]] - second[pairs[:, 1]], axis=1).sum()
+    )
+    assert pairs[0].tolist() == [0, 0]
+    assert pairs[-1].tolist() == [n - 1, m - 1]
+    steps = np.diff(pairs, axis=0)
+    assert ((steps >= 0) & (steps <= 1)).all()
+    assert warped_distance(first, first) == 0.0
+    assert (
+        total
+        <= np.linalg.norm(first[0] - second, axis=1).sum()
+        + np.linalg.norm(first - second[-1], axis=1).sum()
+    )
+
+
+def test_reaches_that_were_not_seen_are_refused():
+    task = problem(0)
+    ten, three = np.linspace(0.0, 1.0, 10), np.zeros((10, 3))
+    with pytest.raises(DataError, match="10 or more"):
+        ObservedReach(task, ten[:5], three[:5], three[:5])
+    with pytest.raises(DataError, match="not finite"):
+        ObservedReach(task, ten, three, np.full((10, 3), np.nan))
+    with pytest.raises(DataError, match="increasing"):
+        ObservedReach(task, ten[::-1], three, three)

@@ -1,0 +1,219 @@
+"""Recorded reaches: brought to the model, cut, averaged, explained in batches that go on."""
+
+import json
+
+import numpy as np
+import pytest
+from drawn import observed, optimum, problem
+
+from hri_prediction.errors import DataError
+from hri_prediction.motor_control.batch import Job, Kept, explain_all
+from hri_prediction.motor_control.cli import main
+from hri_prediction.motor_control.kinematics import elbow_and_wrist
+from hri_prediction.motor_control.seen import (
+    arm_of,
+    mean_of,
+    observe,
+    smoothing_spline,
+    to_model,
+    to_recording,
+)
+from hri_prediction.tracks.files import save_tracks
+from hri_prediction.tracks.track import ArmTrack
+
+REST_S = 0.4
+ALPHA = np.array([0.3, 0.4, 0.1, 0.2])
+
+
+def recorded(solver, number, rng, *, noise=0.0, side="right", facing=0.5 * np.pi, trial=0, task=""):
+    """A recording of a simulated reach, with rest before and after it, and when it begins and ends."""
+    reach = problem(number)
+    motion, _ = optimum(solver, reach, ALPHA)
+    rate = 250.0
+    time_s = np.arange(round((reach.duration + 2 * REST_S) * rate)) / rate
+    phases = np.clip((time_s - REST_S) / reach.duration, 0.0, 1.0)
+    elbow, wrist = elbow_and_wrist(motion.angles(phases), solver.arm)
+    points = np.zeros((len(time_s), 4, 3))
+    points[:, 1], points[:, 2] = elbow, wrist
+    points[:, 3] = wrist + 0.08 * (wrist - elbow) / solver.arm.forearm_m
+    points = to_recording(points, facing, side) + np.array([0.3, -0.2, 1.1])
+    points += rng.normal(0.0, noise, points.shape) if noise else 0.0
+    track = ArmTrack(
+        time_s, points, side=side, subject="ann", task=task or f"task{number}", trial=trial
+    )
+    return track, REST_S, REST_S + reach.duration
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+@pytest.mark.parametrize("facing_deg", [90.0, -90.0, 180.0, 30.0])
+def test_model_and_recording_are_the_same_turned(side, facing_deg, rng):
+    points, facing = rng.normal(size=(20, 3)), np.radians(facing_deg)
+    back = to_recording(to_model(points, facing, side), facing, side)
+    np.testing.assert_allclose(back, points, atol=1e-12)
+    ahead = np.array([np.cos(facing), np.sin(facing), 0.0])
+    np.testing.assert_allclose(to_model(ahead, facing, side), [0.0, 1.0, 0.0], atol=1e-12)
+    to_the_right = np.array([np.sin(facing), -np.cos(facing), 0.0])
+    outwards = 1.0 if side == "right" else -1.0
+    np.testing.assert_allclose(
+        to_model(to_the_right, facing, side), [outwards, 0.0, 0.0], atol=1e-12
+    )
+
+
+@pytest.mark.parametrize(("side", "facing_deg"), [("right", 90.0), ("left", -90.0)])
+def test_a_recording_is_seen_as_it_was(solver, rng, side, facing_deg):
+    track, onset, end = recorded(solver, 13, rng, side=side, facing=np.radians(facing_deg))
+    arm = arm_of([track])
+    assert arm.upper_m == pytest.approx(solver.arm.upper_m, rel=1e-6)
+    assert arm.forearm_m == pytest.approx(solver.arm.forearm_m, rel=1e-6)
+    seen = observe(track, onset, end, arm, facing_rad=np.radians(facing_deg))
+    assert seen.misfit_m < 1e-6
+    motion, _ = optimum(solver, problem(13), ALPHA)
+    whole = motion.angles(np.linspace(0.0, 1.0, 2000))
+    # It is cut to where the hand has 5 % of its peak speed, and moves there.
+    assert 0.7 * (end - onset) < seen.problem.duration < 0.98 * (end - onset)
+    apart = np.abs(whole[:, None] - seen.problem.q_start).max(axis=2).min()
+    assert apart < np.radians(0.3)
+    assert np.abs(seen.problem.v_start).max() > 0.01
+    speed = np.linalg.norm(np.diff(seen.hand, axis=0), axis=1)
+    assert speed[0] < 0.12 * speed.max()
+    assert seen.problem.a_start is None
+    kept = observe(track, onset, end, arm, facing_rad=np.radians(facing_deg), trim=False)
+    assert kept.problem.duration == pytest.approx(end - onset)
+
+
+def test_noise_is_smoothed_and_repetitions_are_averaged(solver, rng):
+    clean, onset, end = recorded(solver, 25, rng)
+    truth = observe(clean, onset, end, solver.arm, facing_rad=0.5 * np.pi, trim=False)
+    seen = [
+        observe(
+            recorded(solver, 25, rng, noise=0.003)[0], onset, end, solver.arm,
+            facing_rad=0.5 * np.pi, trim=False,
+        )
+        for _ in range(3)
+    ]  # fmt: skip
+    errors = [np.linalg.norm(each.hand - truth.hand, axis=1).mean() for each in seen]
+    mean = mean_of(seen, solver.arm, "mean")
+    both = np.linalg.norm(mean.hand - truth.hand, axis=1).mean()
+    assert max(errors) < 0.003
+    assert both < 0.75 * np.mean(errors)
+    assert mean.name == "mean"
+    assert mean.problem.duration == pytest.approx(end - onset)
+    with pytest.raises(DataError, match="one or more"):
+        mean_of([], solver.arm)
+    rest = observed(solver, problem(25), ALPHA)
+    with pytest.raises(DataError, match="at rest"):
+        mean_of([seen[0], rest], solver.arm)
+
+
+def test_splines_keep_what_is_slow():
+    times = np.arange(200) / 100.0
+    slow = np.column_stack([np.sin(2.0 * times), np.cos(3.0 * times)])
+    np.testing.assert_allclose(smoothing_spline(times, slow)(times), slow, atol=1e-6)
+    fast = slow + 0.1 * np.sin(2.0 * np.pi * 20.0 * times)[:, None]
+    inner = slice(10, -10)
+    np.testing.assert_allclose(smoothing_spline(times, fast)(times)[inner], slow[inner], atol=0.02)
+
+
+def test_gaps_are_bridged_or_refused(solver, rng):
+    track, onset, end = recorded(solver, 4, rng)
+    points = np.array(track.keypoints)
+    points[200:215] = np.nan
+    whole = observe(track, onset, end, solver.arm, facing_rad=0.5 * np.pi)
+    short = ArmTrack(track.time_s, points, side="right")
+    bridged = observe(short, onset, end, solver.arm, facing_rad=0.5 * np.pi)
+    apart = np.abs(np.interp(whole.phases, bridged.phases, bridged.hand[:, 0]) - whole.hand[:, 0])
+    assert apart.max() < 0.003
+    points[200:240] = np.nan
+    with pytest.raises(DataError, match=r"gap of 0\.1\d s"):
+        observe(ArmTrack(track.time_s, points), onset, end, solver.arm, facing_rad=0.0)
+    points[:, 0] = np.nan
+    with pytest.raises(DataError, match="never seen together"):
+        arm_of([ArmTrack(track.time_s, points)])
+
+
+def jobs(solver, count):
+    return [Job(i, observed(solver, problem(11 * i), ALPHA), solver.arm) for i in range(count)]
+
+
+def test_batches_are_the_same_on_any_number_of_workers_and_go_on(solver, tmp_path):
+    many = jobs(solver, 4)
+    alone = explain_all(many, workers=1, kept=Kept(tmp_path / "a.jsonl"))
+    done: list[tuple[int, int]] = []
+    # Broken off in the middle of a line; the rest is done by two.
+    lines = (tmp_path / "a.jsonl").read_text().splitlines(keepends=True)
+    (tmp_path / "b.jsonl").write_text("".join(lines[:2]) + lines[2][:50])
+    both = explain_all(
+        many, workers=2, kept=Kept(tmp_path / "b.jsonl"), progress=lambda *at: done.append(at)
+    )
+    assert done == [(2, 4), (3, 4), (4, 4)]
+    for one, other in zip(alone, both, strict=True):
+        assert {**one.__dict__, "seconds": 0} == {**other.__dict__, "seconds": 0}
+        np.testing.assert_allclose(one.alpha, ALPHA, atol=1e-3)
+    again = explain_all(many, workers=1, kept=Kept(tmp_path / "b.jsonl"))
+    assert [each.index for each in again] == [0, 1, 2, 3]
+    other = Job(0, many[0].observed, solver.arm, ("joint_jerk", "energy"))
+    assert Kept(tmp_path / "a.jsonl").get(other) is None
+
+
+def test_a_reach_that_cannot_be_explained_is_an_outcome(solver):
+    seen = observed(solver, problem(0), ALPHA)
+    limits = solver.limits.degrees(((-90.0, 90.0), (60.0, 135.0), (0.0, 150.0)))
+    (outcome,) = explain_all([Job(0, seen, solver.arm, limits=limits)], workers=1)
+    assert "q2" in outcome.error
+    assert outcome.alpha == ()
+
+
+def test_command_line(solver, rng, tmp_path, capsys):
+    tracks = [
+        recorded(solver, number, rng, noise=0.001, trial=trial)[0]
+        for number in (0, 40)
+        for trial in range(2)
+    ]
+    save_tracks(tmp_path / "reaches.npz", tracks)
+    out = tmp_path / "out"
+    arguments = [str(tmp_path / "reaches.npz"), "--out", str(out), "--workers", "1"]
+    assert main(arguments) == 0
+    results = json.loads((out / "results.json").read_text())
+    assert len(results["reaches"]) == 4
+    assert results["costs"] == ["hand_jerk", "joint_jerk", "torque_change", "energy"]
+    for row in results["reaches"]:
+        assert sum(row["alpha"]) == pytest.approx(1.0)
+        assert row["distance_cm"] <= min(row["single_cm"]) + 1e-9
+        assert row["distance_cm"] < 0.2
+        assert row["misfit_cm"] < 1.0
+    assert (out / "results.png").stat().st_size > 10_000
+    assert "composite" in (out / "results.md").read_text()
+    assert len((out / "reaches.jsonl").read_text().splitlines()) == 4
+    capsys.readouterr()
+    assert main([*arguments, "--average"]) == 0
+    results = json.loads((out / "results.json").read_text())
+    assert [row["name"] for row in results["reaches"]] == ["ann right task0", "ann right task40"]
+    assert len((out / "reaches.jsonl").read_text().splitlines()) == 6  # what was there is kept
+    capsys.readouterr()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        (["--costs", "effort"], "hand_jerk"),
+        (["--scaling", "none"], "maximum, range"),
+        (["--convention", "roll"], "yaw_pitch"),
+        (["--facing", "north"], "degrees"),
+    ],
+)
+def test_wrong_options_are_refused_in_one_line(solver, rng, tmp_path, capsys, arguments, word):
+    save_tracks(tmp_path / "one.npz", [recorded(solver, 0, rng)[0]])
+    code = main([str(tmp_path / "one.npz"), "--out", str(tmp_path / "out"), *arguments])
+    error = capsys.readouterr().err
+    assert code == 1
+    assert word in error
+    assert error.count("\n") == 1
+
+
+def test_files_without_reaches_are_refused(tmp_path, capsys):
+    still = ArmTrack(np.arange(300) / 100.0, np.ones((300, 4, 3)) * np.arange(4)[:, None] * 0.1)
+    save_tracks(tmp_path / "still.npz", [still])
+    assert main([str(tmp_path / "still.npz"), "--out", str(tmp_path / "out")]) == 1
+    assert "no reach" in capsys.readouterr().err
+    assert main([str(tmp_path / "none.npz"), "--out", str(tmp_path / "out")]) == 1
+    assert "none.npz" in capsys.readouterr().err
