@@ -1,0 +1,227 @@
+"""What the benchmark of optimal control and its inverse measures, part by part."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hri_prediction.motor_control import design
+from hri_prediction.motor_control.arm_model import ArmModel
+from hri_prediction.motor_control.batch import Job, Outcome, explain_all
+from hri_prediction.motor_control.costs import CHAPTER_2, CHAPTER_3, COSTS
+from hri_prediction.motor_control.ioc import explain
+from hri_prediction.motor_control.law import explained, fit_law
+from hri_prediction.motor_control.multiple_shooting import MultipleShooting
+from hri_prediction.motor_control.observed import of_angles
+from hri_prediction.motor_control.ocp import NotConverged, ReachSolver
+from hri_prediction.motor_control.problem import ReachProblem
+from hri_prediction.motor_control.scaling import scaling_of
+from hri_prediction.motor_control.search import search
+from hri_sim.motor_control.people import draw_people, measured_arm, record, see
+
+Array = NDArray[np.float64]
+Tick = Callable[[int, int], None]
+
+INTERIOR = 0.03
+"""Least weight that counts as interior."""
+RATE_HZ = 250.0
+_SPREAD_RAD = 0.3
+"""How far off other starts are."""
+
+
+@dataclass(frozen=True)
+class Extent:
+    """How much is measured.
+
+    Attributes:
+        tasks: Of the 81 of the design, evenly chosen.
+        mixes: Random weights for each.
+        reference: Solves by multiple shooting.
+        intervals: Of multiple shooting.
+        starts: Other starts for each task.
+        inverse: Reaches without noise to explain, with a search beside each.
+        people: Of the batch, all tasks each.
+    """
+
+    tasks: int = 81
+    mixes: int = 5
+    reference: int = 40
+    intervals: int = 30
+    starts: int = 3
+    inverse: int = 60
+    people: int = 15
+
+
+SMOKE = Extent(tasks=4, mixes=2, reference=2, intervals=15, starts=1, inverse=2, people=1)
+
+
+def chosen_tasks(count: int) -> list[ReachProblem]:
+    """Reaches of the design, evenly chosen."""
+    every = design.tasks()
+    picked = np.unique(np.linspace(0, len(every) - 1, count).round().astype(int))
+    return [ReachProblem.at_rest(*every[i][2:]) for i in picked]
+
+
+def ocp_case(extent: Extent, rng: np.random.Generator, tick: Tick) -> dict[str, Any]:
+    """Solve reaches of random mixes of five costs, some of them by multiple shooting too."""
+    arm = ArmModel.of_body()
+    solver, reference = ReachSolver(arm), MultipleShooting(arm, extent.intervals)
+    tasks = chosen_tasks(extent.tasks)
+    jobs = [
+        (task, rng.dirichlet(np.ones(len(CHAPTER_3))))
+        for task in tasks
+        for _ in range(extent.mixes)
+    ]
+    beside = set(np.linspace(0, len(jobs) - 1, extent.reference).round().astype(int).tolist())
+    solver.solve(tasks[0], np.ones(len(COSTS)))  # the first call loads compiled code
+    seconds, gaps, ratios, theirs, spreads = [], [], [], [], []
+    converged = 0
+    for number, (task, alpha) in enumerate(jobs):
+        weights = scaling_of(solver, task).weights(alpha, CHAPTER_3)
+        begun = time.perf_counter()
+        try:
+            motion = solver.solve(task, weights)
+        except NotConverged:
+            tick(number + 1, len(jobs))
+            continue
+        seconds.append(time.perf_counter() - begun)
+        converged += 1
+        if number in beside:
+            other = reference.solve(task, weights)
+            if other.converged:
+                phases = np.linspace(0.0, 1.0, extent.intervals + 1)
+                apart = reference.hand(other) - motion.hand(phases, arm)
+                gaps.append(float(np.linalg.norm(apart, axis=1).max()))
+                theirs.append(other.seconds)
+                ratios.append(other.seconds / seconds[-1])
+        if number % extent.mixes == 0:
+            spreads += _other_starts(solver, task, weights, extent.starts, rng)
+        tick(number + 1, len(jobs))
+    return {
+        "n": len(jobs),
+        "converged": converged,
+        "median_ms": 1e3 * float(np.median(seconds)),
+        "p95_ms": 1e3 * float(np.percentile(seconds, 95.0)),
+        "multiple_shooting_n": len(theirs),
+        "multiple_shooting_median_ms": 1e3 * float(np.median(theirs)),
+        "speedup_vs_multiple_shooting": float(np.median(ratios)),
+        "max_hand_gap_cm": 100.0 * max(gaps),
+        "multistart_spread": max(spreads),
+    }
+
+
+def _other_starts(
+    solver: ReachSolver, task: ReachProblem, weights: Array, count: int, rng: np.random.Generator
+) -> list[float]:
+    """By how much of itself the cost differs when a solve begins elsewhere."""
+    motion = solver.solve(task, weights)
+    cost = float(weights @ motion.costs)
+    found = []
+    for _ in range(count):
+        start = motion.coefficients + rng.normal(0.0, _SPREAD_RAD, motion.coefficients.shape)
+        again = solver.solve(task, weights, start=start)
+        found.append(abs(float(weights @ again.costs) - cost) / cost)
+    return found
+
+
+def inverse_case(extent: Extent, rng: np.random.Generator, tick: Tick) -> dict[str, Any]:
+    """Find interior weights of reaches without noise again, beside a search without derivatives."""
+    solver = ReachSolver(ArmModel.of_body())
+    every = design.tasks()
+    errors, solves, seconds, not_worse, search_solves = [], [], [], [], []
+    for number in range(extent.inverse):
+        task = ReachProblem.at_rest(*every[int(rng.integers(len(every)))][2:])
+        alpha = rng.dirichlet(np.full(len(CHAPTER_2), 2.0))
+        while alpha.min() < INTERIOR:
+            alpha = rng.dirichlet(np.full(len(CHAPTER_2), 2.0))
+        motion = solver.solve(task, scaling_of(solver, task).weights(alpha, CHAPTER_2))
+        phases = np.linspace(0.0, 1.0, round(task.duration * RATE_HZ) + 1)
+        seen = of_angles(task, motion.angles(phases), solver.arm)
+        begun = time.perf_counter()
+        found = explain(solver, seen)
+        seconds.append(time.perf_counter() - begun)
+        errors.append(float(np.abs(found.alpha - alpha).max()))
+        solves.append(found.solves)
+        beside = search(solver, seen)
+        not_worse.append(found.distance_m <= beside.distance_m)
+        search_solves.append(beside.solves)
+        tick(number + 1, extent.inverse)
+    return {
+        "n": extent.inverse,
+        "alpha_error_median": float(np.median(errors)),
+        "alpha_error_max": max(errors),
+        "share_below_1e3": float(np.mean(np.array(errors) < 1e-3)),
+        "solves_median": float(np.median(solves)),
+        "solves_max": max(solves),
+        "seconds_median": float(np.median(seconds)),
+        "dtw_not_worse_share": float(np.mean(not_worse)),
+        "search_solves_median": float(np.median(search_solves)),
+    }
+
+
+def people_case(
+    extent: Extent, rng: np.random.Generator, tick: Tick, say: Callable[[str], None]
+) -> dict[str, dict[str, Any]]:
+    """Explain noisy reaches of simulated people, one after the other; fit the law of the first of them."""
+    pairs = [(start, target) for start in range(len(design.STARTS_DEG)) for target in range(9)]
+    if extent.tasks < len(pairs):
+        pairs = [pairs[i] for i in np.linspace(0, len(pairs) - 1, extent.tasks).round().astype(int)]
+    people = draw_people(extent.people, rng)
+    say("recording people")
+    jobs: list[Job] = []
+    truth: list[Array] = []
+    for number, person in enumerate(people):
+        recordings = [record(person, start, target, rng) for start, target in pairs]
+        arm = measured_arm(person, recordings)
+        for each in recordings:
+            jobs.append(Job(len(jobs), see(each, arm), arm))
+            truth.append(each.alpha)
+        tick(number + 1, len(people))
+    say("explaining their reaches, on one core")
+    begun = time.perf_counter()
+    outcomes = explain_all(jobs, workers=1, progress=tick)
+    seconds = time.perf_counter() - begun
+    first = slice(0, len(pairs))
+    say("fitting a law")
+    solvers = {jobs[0].arm: ReachSolver(jobs[0].arm)}
+    seen = [job.observed for job in jobs[first]]
+    fitted = fit_law(lambda _: solvers[jobs[0].arm], seen, progress=tick)
+    nothing = np.full(len(CHAPTER_2), 1.0 / len(CHAPTER_2))
+    single = [np.array(o.alpha) if o.alpha else nothing for o in outcomes[first]]
+    found = [fitted.law.alpha(each.problem.q_start, each.problem.q_end) for each in seen]
+    return {
+        "batch": {
+            "n": len(jobs),
+            "seconds": seconds,
+            "failed": sum(bool(o.error) for o in outcomes),
+        },
+        "composite": _composite(outcomes[first], truth[first]),
+        "law": {
+            "n": len(seen),
+            "r2_truth": explained(truth[first], found),
+            "r2_single_reaches": explained(truth[first], single),
+            "rms_cm": 100.0 * fitted.rms_m,
+        },
+    }
+
+
+def _composite(outcomes: Sequence[Outcome], truth: Sequence[Array]) -> dict[str, Any]:
+    """How near the mix of all costs is to what was seen, beside each cost alone."""
+    done = [(each, alpha) for each, alpha in zip(outcomes, truth, strict=True) if not each.error]
+    mixed = np.array([each.distance_cm for each, _ in done])
+    single = np.array([each.single_cm for each, _ in done])
+    best = single.mean(axis=0).min()
+    errors = [float(np.abs(np.array(each.alpha) - alpha).max()) for each, alpha in done]
+    return {
+        "n": len(outcomes),
+        "not_worse": int((mixed <= single.min(axis=1) + 1e-12).sum()),
+        "mean_dtw_cm": float(mixed.mean()),
+        "single_mean_cm": dict(zip(CHAPTER_2, single.mean(axis=0).tolist(), strict=True)),
+        "ratio_best_single": float(mixed.mean() / best),
+        "alpha_error_median": float(np.median(errors)),
+    }

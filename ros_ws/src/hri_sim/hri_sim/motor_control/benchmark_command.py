@@ -1,0 +1,218 @@
+"""Command line of ``scripts/benchmark_ocp.py``: optimal control of reaching and its inverse, measured."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from hri_prediction.errors import HriError
+from hri_prediction.motor_control.batch import prepare
+from hri_prediction.motor_control.convention import YAW_PITCH
+from hri_prediction.results.folder import check_folder
+from hri_prediction.results.origin import origin_line, results_origin
+from hri_prediction.results.progress import ProgressLine
+from hri_sim.motor_control import benchmark_cases as cases
+
+OUTPUTS = ("results.json", "results.md")
+HEAD = ("what", "measured", "wanted", "verdict")
+MET, MISSED = "met", "missed"
+NOTES = (
+    "Optimal control: the 81 reaches of the thesis' chapter 2, five random mixes of hand jerk, joint jerk, "
+    "torque change, geodesic and energy each (uniform on the simplex), from the motion of least joint jerk "
+    "on. Multiple shooting: CasADi with IPOPT, equations of motion of its own, N = 30, one solve after "
+    "ours each time; the time that it takes to build the program is not counted. The gap is the largest "
+    "over the ends of its intervals. Spread: of the cost, by the cost, from starts with 0.3 rad of noise "
+    "on all coefficients.",
+    "Inverse, without noise: random reaches of the design, weights of four costs, all at least 0.03. "
+    "Solves count those for scaling and for each cost alone. The search is COBYQA from three radii.",
+    "People: simulated, each with an arm, a pace, postures and a law of weights of their own; three "
+    "repetitions of each reach with 3 mm of noise on each coordinate of each keypoint, seen as recordings "
+    "are: angles of the model that come nearest, smoothed, cut at 5 % of the peak speed, averaged.",
+)
+
+
+def bars(results: dict[str, Any]) -> list[tuple[str, str, str, str]]:
+    """What is measured beside what is wanted."""
+    ocp, inverse = results["ocp"], results["ioc"]
+    batch, mixed, law = results["batch"], results["composite"], results["law"]
+
+    def row(what: str, measured: str, wanted: str, met: bool) -> tuple[str, str, str, str]:
+        return what, measured, wanted, MET if met else MISSED
+
+    return [
+        row(
+            "reaches solved",
+            f"{ocp['converged']} of {ocp['n']}",
+            "all",
+            ocp["converged"] == ocp["n"],
+        ),
+        row("one solve, median [ms]", f"{ocp['median_ms']:.1f}", "≤ 10", ocp["median_ms"] <= 10.0),
+        row(
+            "multiple shooting takes so many times as long",
+            f"{ocp['speedup_vs_multiple_shooting']:.0f}",
+            "≥ 50",
+            ocp["speedup_vs_multiple_shooting"] >= 50.0,
+        ),
+        row(
+            "hand apart from multiple shooting, largest [cm]",
+            f"{ocp['max_hand_gap_cm']:.4f}",
+            "≤ 0.05",
+            ocp["max_hand_gap_cm"] <= 0.05,
+        ),
+        row(
+            "spread of the cost between starts",
+            f"{ocp['multistart_spread']:.0e}",
+            "< 1e-6",
+            ocp["multistart_spread"] < 1e-6,
+        ),
+        row(
+            "weights found to 1e-3, no noise",
+            f"{100 * inverse['share_below_1e3']:.0f} %",
+            "≥ 95 %",
+            inverse["share_below_1e3"] >= 0.95,
+        ),
+        row(
+            "solves for one reach, median",
+            f"{inverse['solves_median']:.0f}",
+            "≤ 25",
+            inverse["solves_median"] <= 25,
+        ),
+        row(
+            "seconds for one reach, median",
+            f"{inverse['seconds_median']:.2f}",
+            "≤ 0.3",
+            inverse["seconds_median"] <= 0.3,
+        ),
+        row(
+            "no farther from what was seen than a search without derivatives",
+            f"{100 * inverse['dtw_not_worse_share']:.0f} %",
+            "≥ 95 %",
+            inverse["dtw_not_worse_share"] >= 0.95,
+        ),
+        row(
+            f"{batch['n']} reaches on one core [min]",
+            f"{batch['seconds'] / 60.0:.1f}",
+            "≤ 10",
+            batch["seconds"] <= 600.0,
+        ),
+        row(
+            "mix no farther than the best single cost",
+            f"{mixed['not_worse']} of {mixed['n']}",
+            "all",
+            mixed["not_worse"] == mixed["n"],
+        ),
+        row(
+            "mix, mean distance [cm]",
+            f"{mixed['mean_dtw_cm']:.3f}",
+            "≤ 0.2",
+            mixed["mean_dtw_cm"] <= 0.2,
+        ),
+        row(
+            "the same by that of the best single cost",
+            f"{mixed['ratio_best_single']:.2f}",
+            "≤ 0.4",
+            mixed["ratio_best_single"] <= 0.4,
+        ),
+        row(
+            "law of one person, R² to the truth",
+            f"{law['r2_truth']:.3f}",
+            "≥ 0.95",
+            law["r2_truth"] >= 0.95,
+        ),
+    ]
+
+
+def measure(seed: int, extent: cases.Extent, progress: ProgressLine) -> dict[str, Any]:
+    """All parts, each with random numbers of its own."""
+    generators = np.random.default_rng(seed).spawn(3)
+    progress.say("compiling the model of the arm")
+    prepare([YAW_PITCH.name])
+    progress.say("optimal control")
+    ocp = cases.ocp_case(extent, generators[0], progress.count)
+    progress.say("inverse optimal control")
+    inverse = cases.inverse_case(extent, generators[1], progress.count)
+    people = cases.people_case(extent, generators[2], progress.count, progress.say)
+    return {"ocp": ocp, "ioc": inverse, **people}
+
+
+def report(results: dict[str, Any]) -> str:
+    """The text of ``results.md``."""
+    smoke = " --smoke" if results["smoke"] else ""
+    text = [
+        "# Optimal control of reaching and its inverse, measured\n",
+        f"Made by `scripts/benchmark_ocp.py --seed {results['seed']}{smoke}`.\n",
+        f"{origin_line(results['origin'])}\n",
+        "| " + " | ".join(HEAD) + " |",
+        "|" + " --- |" * len(HEAD),
+        *("| " + " | ".join(row) + " |" for row in bars(results)),
+        "",
+        f"Multiple shooting takes {results['ocp']['multiple_shooting_median_ms'] / 1e3:.1f} s (median of "
+        f"{results['ocp']['multiple_shooting_n']} solves), a search without derivatives "
+        f"{results['ioc']['search_solves_median']:.0f} solves. The weights of one noisy reach are off by "
+        f"{results['composite']['alpha_error_median']:.2f} (median of the largest errors); they explain "
+        f"{results['law']['r2_single_reaches']:.2f} of the variance of the true ones, the law of all "
+        f"paths {results['law']['r2_truth']:.3f}.",
+        "",
+        *(f"- {note}" for note in NOTES),
+        "",
+    ]
+    return "\n".join(text)
+
+
+app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+
+
+@app.command(context_settings={"help_option_names": ["-h", "--help"]})
+def benchmark(
+    out: Annotated[Path, typer.Option(help="Folder for results.json and results.md.")],
+    seed: Annotated[int, typer.Option(help="Seed of reaches, weights and people.", min=0)] = 0,
+    smoke: Annotated[bool, typer.Option("--smoke", help="A few of each: for CI.")] = False,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace the results that --out already holds.")
+    ] = False,
+) -> None:
+    """Measure optimal control of reaching beside multiple shooting, and its inverse beside a search.
+
+    Takes some fifteen minutes of one core. Let nothing else run meanwhile. Exit code 0: every bar is met;
+    3: one is missed (of a smoke run: 0, whatever it measures).
+    """
+    console = Console()
+    try:
+        check_folder(out, OUTPUTS, overwrite)
+        out.mkdir(parents=True, exist_ok=True)
+        origin = results_origin()
+        with ProgressLine(console) as progress:
+            results = measure(seed, cases.SMOKE if smoke else cases.Extent(), progress)
+        results |= {"seed": seed, "smoke": smoke, "origin": origin}
+        (out / OUTPUTS[0]).write_text(json.dumps(results, indent=1, allow_nan=False) + "\n")
+        (out / OUTPUTS[1]).write_text(report(results))
+    except HriError as error:
+        print(f"error: {error}", file=sys.stderr)
+        raise typer.Exit(1) from error
+    except OSError as error:
+        print(f"error: cannot write to {out}: {error.strerror or error}", file=sys.stderr)
+        raise typer.Exit(1) from error
+    table = Table(*HEAD)
+    found = bars(results)
+    for row in found:
+        table.add_row(*row)
+    console.print(table)
+    console.print(f"results: {out / OUTPUTS[1]}", highlight=False, soft_wrap=True)
+    if not smoke and any(row[-1] == MISSED for row in found):
+        raise typer.Exit(3)
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run with ``argv`` (default: the process' arguments); its exit code."""
+    try:
+        app(args=argv, prog_name="benchmark_ocp.py")
+    except SystemExit as stop:
+        return stop.code if isinstance(stop.code, int) else int(stop.code is not None)
+    return 0

@@ -1,0 +1,193 @@
+"""People who reach as the optimum of a mix of costs that is their own, seen by motion capture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hri_prediction.errors import DataError
+from hri_prediction.motor_control import design
+from hri_prediction.motor_control.arm_model import (
+    ANATOMICAL,
+    UPPER_LENGTH,
+    UPPER_MASS,
+    ArmModel,
+)
+from hri_prediction.motor_control.costs import CHAPTER_2
+from hri_prediction.motor_control.kinematics import elbow_and_wrist
+from hri_prediction.motor_control.law import FEATURES, WeightLaw
+from hri_prediction.motor_control.observed import ObservedReach
+from hri_prediction.motor_control.ocp import ReachSolver
+from hri_prediction.motor_control.problem import ReachProblem
+from hri_prediction.motor_control.scaling import scaling_of
+from hri_prediction.motor_control.seen import arm_of, mean_of, observe, to_recording
+from hri_prediction.tracks.track import ArmTrack
+
+Array = NDArray[np.float64]
+
+FACING_RAD = 0.5 * np.pi
+"""Where they face in the axes of their recordings."""
+RATE_HZ = 250.0
+REST_S = 0.3
+NOISE_M = 0.003
+"""Standard deviation of each coordinate of each keypoint."""
+REPETITIONS = 3
+HAND_M = 0.08
+_HEIGHT_M, _MASS_KG = (1.72, 0.05), (67.0, 9.0)
+"""Mean and standard deviation; those of the thesis' people."""
+_PACE_SD, _TRIAL_PACE_SD = 0.19, 0.04
+_POSTURE_SD_RAD, _TRIAL_POSTURE_SD_RAD = np.radians(5.0), np.radians(1.5)
+"""Between people (table 2.2), and between repetitions."""
+_USUAL = {"hand_jerk": 0.31, "joint_jerk": 0.45, "torque_change": 0.09, "energy": 0.15}
+"""Mean weights of the thesis' people."""
+_SLOPE_SD, _OWN_SD = 0.5, 0.3
+"""How weights depend on posture (logarithm of a ratio by radian), and how laws differ between people."""
+
+
+@dataclass(frozen=True, eq=False)
+class Reacher:
+    """A simulated person.
+
+    Attributes:
+        name: Of the subject.
+        arm: True lengths and masses.
+        law: True weights by posture.
+        pace: Factor on durations.
+        offsets: What the person makes of each start posture and target (starts + targets, 3) [rad].
+    """
+
+    name: str
+    arm: ArmModel
+    law: WeightLaw
+    pace: float
+    offsets: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Recorded:
+    """Repetitions of one reach of one person.
+
+    Attributes:
+        start: Index of the start posture.
+        target: Index of the target.
+        alpha: True weights (n,).
+        tracks: What motion capture saw of each repetition.
+        ends: When each began and ended, (repetitions, 2) [s].
+    """
+
+    start: int
+    target: int
+    alpha: Array
+    tracks: tuple[ArmTrack, ...]
+    ends: Array
+
+
+def draw_people(
+    count: int, rng: np.random.Generator, starts_deg: Array = design.STARTS_DEG
+) -> list[Reacher]:
+    """People who have a law of weights in common, and each their own variation of it."""
+    usual = np.array([_USUAL[name] for name in CHAPTER_2])
+    logs = np.delete(np.log(usual / _USUAL["joint_jerk"]), CHAPTER_2.index("joint_jerk"))
+    slopes = rng.normal(0.0, _SLOPE_SD, (len(logs), len(FEATURES) - 1))
+    middle = np.radians(np.concatenate([starts_deg.mean(axis=0), design.TARGETS_DEG.mean(axis=0)]))
+    people = []
+    for number in range(count):
+        own = slopes + rng.normal(0.0, _OWN_SD, slopes.shape)
+        base = logs + rng.normal(0.0, _OWN_SD, logs.shape)
+        theta = np.column_stack([base - own @ middle, own])
+        height, mass = (max(rng.normal(*each), 0.7 * each[0]) for each in (_HEIGHT_M, _MASS_KG))
+        people.append(
+            Reacher(
+                name=f"S{number + 1}",
+                arm=ArmModel.of_body(float(height), float(mass)),
+                law=WeightLaw(CHAPTER_2, theta),
+                pace=float(np.exp(rng.normal(0.0, _PACE_SD))),
+                offsets=rng.normal(
+                    0.0, _POSTURE_SD_RAD, (len(starts_deg) + len(design.TARGETS_DEG), 3)
+                ),
+            )
+        )
+    return people
+
+
+def record(
+    person: Reacher,
+    start: int,
+    target: int,
+    rng: np.random.Generator,
+    *,
+    starts_deg: Array = design.STARTS_DEG,
+    repetitions: int = REPETITIONS,
+    noise_m: float = NOISE_M,
+) -> Recorded:
+    """Let a person reach from a start posture to a target, some times.
+
+    The weights are those of the person's usual postures at both ends, in all repetitions.
+    """
+    usual = [
+        _within(np.radians(starts_deg[start]) + person.offsets[start]),
+        _within(np.radians(design.TARGETS_DEG[target]) + person.offsets[len(starts_deg) + target]),
+    ]
+    alpha = person.law.alpha(*usual)
+    solver = ReachSolver(person.arm)
+    tracks, ends = [], []
+    for trial in range(repetitions):
+        q_start, q_end = (_within(q + rng.normal(0.0, _TRIAL_POSTURE_SD_RAD, 3)) for q in usual)
+        pace = person.pace * np.exp(rng.normal(0.0, _TRIAL_PACE_SD))
+        problem = ReachProblem.at_rest(q_start, q_end, float(design.DURATIONS_S[target] * pace))
+        weights = scaling_of(solver, problem).weights(alpha, person.law.names)
+        motion = solver.solve(problem, weights)
+        time_s = np.arange(round((problem.duration + 2.0 * REST_S) * RATE_HZ)) / RATE_HZ
+        angles = motion.angles(np.clip((time_s - REST_S) / problem.duration, 0.0, 1.0))
+        points = _keypoints(angles, person.arm)
+        points += rng.normal(0.0, noise_m, points.shape) if noise_m > 0.0 else 0.0
+        tracks.append(
+            ArmTrack(
+                time_s, points, subject=person.name, task=f"P{start + 1}-T{target + 1}", trial=trial
+            )
+        )
+        ends.append((REST_S, REST_S + problem.duration))
+    return Recorded(start, target, alpha, tuple(tracks), np.array(ends))
+
+
+def see(recorded: Recorded, arm: ArmModel) -> ObservedReach:
+    """The mean of the repetitions, as `scripts/fit_ioc.py --average` has it.
+
+    Args:
+        recorded: What was recorded.
+        arm: What is known of the person's arm.
+    """
+    reaches = [
+        observe(track, float(begin), float(end), arm, facing_rad=FACING_RAD, name=track.task)
+        for track, (begin, end) in zip(recorded.tracks, recorded.ends, strict=True)
+    ]
+    return mean_of(reaches, arm, f"{recorded.tracks[0].subject} {recorded.tracks[0].task}")
+
+
+def measured_arm(person: Reacher, recordings: list[Recorded]) -> ArmModel:
+    """The arm as it is known from recordings, and the person's height and mass from asking."""
+    if not recordings:
+        raise DataError("no recordings to measure an arm in", expected="one or more")
+    height = person.arm.upper_m / UPPER_LENGTH
+    mass = person.arm.upper_kg / UPPER_MASS
+    tracks = [track for each in recordings for track in each.tracks]
+    return arm_of(tracks, height_m=height, mass_kg=mass)
+
+
+def _within(angles: Array) -> Array:
+    """Angles, kept a little off the limits of the joints."""
+    margin = np.radians(0.5)
+    low, high = np.array(ANATOMICAL.lower) + margin, np.array(ANATOMICAL.upper) - margin
+    found: Array = np.clip(angles, low, high)
+    return found
+
+
+def _keypoints(angles: Array, arm: ArmModel) -> Array:
+    """Shoulder, elbow, wrist and hand tip (N, 4, 3), the shoulder a metre above the ground."""
+    elbow, wrist = elbow_and_wrist(angles, arm)
+    points = np.zeros((len(angles), 4, 3))
+    points[:, 1], points[:, 2] = elbow, wrist
+    points[:, 3] = wrist + HAND_M / arm.forearm_m * (wrist - elbow)
+    return to_recording(points, FACING_RAD, "right") + np.array([0.0, 0.0, 1.0])
