@@ -6,8 +6,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+from typer.testing import CliRunner
+
 from hri_sim.faults import command
 from hri_sim.reliability import encounters
+from hri_sim.reliability.fault import LOCKSTEP, PROCESSES, Fault, Result
 from hri_sim.separation.encounter import KINDS
 
 
@@ -69,3 +73,28 @@ def test_a_touch_is_a_bar_that_is_missed() -> None:
     found["assumed"]["walking"] |= {"touched_moving": 1, "fastest_touch_m_s": 0.3}
     assert "**missed**" in command.report(content, ())
     assert "| assumed | walking | 1,000 | 990 | 1 | 0.30 |" in command.report(content, ())
+
+
+def test_no_graph_runs_on_beside_what_needs_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen = []
+
+    class Stay:
+        closed = False
+
+        def close(self) -> None:
+            self.closed = True
+
+    stay = Stay()
+
+    def bring_about(fault: Fault, *rest: object, stays: dict[str, Stay], **more: object) -> Result:
+        if fault.kind == PROCESSES:
+            stays["graph"] = stay
+        seen.append((fault.kind, stay.closed))
+        return Result(fault, (), "left out")
+
+    monkeypatch.setattr(command, "bring_about", bring_about)
+    options = ["--only", "kill_ptomp", "--only", "clock_back", "--runs", str(tmp_path)]
+    assert CliRunner().invoke(command.app, options).exit_code == 0
+    assert seen == [(PROCESSES, False), (LOCKSTEP, True)]
