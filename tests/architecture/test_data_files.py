@@ -75,7 +75,7 @@ ALLOWED = {
         "hri_prediction/live/qtm.py": "what a motion capture server answers, no file",
     },
     "joblib.Parallel": {
-        "hri_sim/benchmark/workers.py": "pickles between processes of its own",
+        "hri_prediction/results/workers.py": "pickles between processes of its own",
         "hri_sim/readability/batch.py": "pickles between processes of its own",
         "hri_prediction/evaluation/run.py": "pickles between processes of its own",
     },

@@ -193,6 +193,7 @@ class Counter(HriNode):
         self.times.append(now_ns * 1e-9)
 
 
+@pytest.mark.alone
 def test_clock_drives_a_node_with_use_sim_time() -> None:
     """Five times real time: 2 s of wall clock are 10 s of the node's."""
     from rclpy.parameter import Parameter
