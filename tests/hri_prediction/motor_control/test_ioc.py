@@ -13,6 +13,7 @@ from hri_prediction.motor_control.costs import CHAPTER_2, CHAPTER_3, shares
 from hri_prediction.motor_control.ioc import explain, simplex_step
 from hri_prediction.motor_control.law import WeightLaw, explained, fit_law
 from hri_prediction.motor_control.observed import ObservedReach
+from hri_prediction.motor_control.ocp import NotConverged, ReachSolver
 from hri_prediction.motor_control.search import search
 from hri_prediction.motor_control.uncertainty import certainty
 
@@ -182,3 +183,40 @@ def test_reaches_that_were_not_seen_are_refused():
         ObservedReach(task, ten, three, np.full((10, 3), np.nan))
     with pytest.raises(DataError, match="increasing"):
         ObservedReach(task, ten[::-1], three, three)
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        (np.zeros((0, 3)), np.zeros((2, 3))),
+        (np.zeros((2, 3)), np.zeros((2, 2))),
+        (np.zeros(3), np.zeros((2, 3))),
+        (np.full((2, 3), np.nan), np.zeros((2, 3))),
+    ],
+)
+def test_paths_that_cannot_be_compared_are_refused(first, second):
+    for compare in (warped_distance, warping_path):
+        with pytest.raises(DataError):
+            compare(first, second)
+
+
+def test_a_cost_alone_without_optimum_leaves_the_mix_explained(solver, monkeypatch):
+    seen = observed(solver, problem(3), np.array([0.3, 0.3, 0.1, 0.3]))
+    plain = ReachSolver.solve
+
+    def solve(self, task, weights, start=None):
+        if np.count_nonzero(weights) == 1 and weights[5] > 0.0:
+            motion = plain(self, task, np.eye(7)[2])
+            raise NotConverged(task, np.asarray(weights), motion, 1.0)
+        return plain(self, task, weights, start)
+
+    monkeypatch.setattr(ReachSolver, "solve", solve)
+    found = explain(solver, seen)
+    assert found.single_m[3] == np.inf
+    assert found.single_motions[3] is None
+    np.testing.assert_allclose(found.alpha, [0.3, 0.3, 0.1, 0.3], atol=1e-3)
+
+
+def test_weights_that_are_all_the_same_have_no_variance():
+    with pytest.raises(DataError, match="variance"):
+        explained([[0.5, 0.5]], [[0.4, 0.6]])

@@ -1,5 +1,7 @@
 """Reaches as optimal control: derivatives, optimality, limits, and the reference by multiple shooting."""
 
+import pickle
+
 import numpy as np
 import pytest
 from drawn import optimum, problem, state
@@ -20,8 +22,8 @@ from hri_prediction.motor_control.costs import (
     CHAPTER_2,
     CHAPTER_3,
     COSTS,
+    Smoothing,
     check_simplex,
-    from_mapping,
     indices_of,
 )
 from hri_prediction.motor_control.multiple_shooting import MultipleShooting
@@ -287,7 +289,6 @@ def test_what_no_joint_or_weight_can_be_is_refused(solver):
     for names in ((), ("hand_jerk", "hand_jerk"), ("effort",)):
         with pytest.raises(ConfigError, match="hand_jerk"):
             indices_of(names)
-    assert from_mapping({"energy": 0.25, "hand_jerk": 0.75})[1].tolist() == [0.25, 0.75]
 
 
 def test_a_solve_that_does_not_converge_says_what_it_was(solver, monkeypatch):
@@ -296,6 +297,51 @@ def test_a_solve_that_does_not_converge_says_what_it_was(solver, monkeypatch):
         solver.solve(problem(0), np.eye(7)[0])
     assert caught.value.reach.duration == problem(0).duration
     assert caught.value.weights[0] == 1.0
+
+
+def test_solvers_and_their_errors_go_to_other_processes(solver, monkeypatch):
+    twin = pickle.loads(pickle.dumps(solver))
+    task = problem(7)
+    np.testing.assert_array_equal(
+        twin.solve(task, np.ones(7)).coefficients, solver.solve(task, np.ones(7)).coefficients
+    )
+    monkeypatch.setattr("hri_prediction.motor_control.ocp.ITERATIONS", 1)
+    with pytest.raises(NotConverged) as caught:
+        solver.solve(task, np.eye(7)[0])
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert str(again) == str(caught.value)
+    assert again.reach.duration == task.duration
+
+
+def test_settings_and_starts_that_cannot_be_are_refused(arm, solver):
+    with pytest.raises(ConfigError, match="two or more"):
+        ReachSolver(arm, intervals=1)
+    for wrong in ({"power": 0.0}, {"speed": -1.0}, {"power": float("nan")}):
+        with pytest.raises(ConfigError, match="positive"):
+            Smoothing(**wrong)
+    for start in (np.zeros((30, 3)), np.full((21, 3), np.nan)):
+        with pytest.raises(DataError, match="start"):
+            solver.solve(problem(0), np.ones(7), start=start)
+    with pytest.raises(DataError, match="alpha"):
+        scaling_of(solver, problem(0)).weights([0.5], ("hand_jerk",))
+
+
+def test_a_reach_in_motion_moves_with_its_weights_as_solving_again_says(solver, rng):
+    task = ReachProblem.moving(
+        [0.1, 0.2, 0.4], [0.3, 1.1, 0.8], 1.2, [0.1, -0.2, 0.3], [0.2, 0.4, -0.1]
+    )
+    weights = scaling_of(solver, task).weights(rng.dirichlet(np.full(4, 3.0)), CHAPTER_2)
+    motion = solver.solve(task, weights)
+    chosen = indices_of(CHAPTER_2)
+    moved = solver.sensitivity(task, motion, weights, chosen)
+    for row, index in enumerate(chosen):
+        step = 1e-5 * weights[index]
+        ahead, behind = (
+            solver.solve(task, weights + s * step * np.eye(7)[index], motion.coefficients)
+            for s in (1.0, -1.0)
+        )
+        numeric = (ahead.coefficients - behind.coefficients) / (2.0 * step)
+        np.testing.assert_allclose(moved[row], numeric, atol=1e-4 * np.abs(numeric).max())
 
 
 def test_kernels_take_the_state_as_it_is(solver, rng):

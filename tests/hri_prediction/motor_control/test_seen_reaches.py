@@ -1,14 +1,17 @@
 """Recorded reaches: brought to the model, cut, averaged, explained in batches that go on."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from drawn import observed, optimum, problem
 
 from hri_prediction.errors import DataError
+from hri_prediction.evaluation.recordings import make_recording
 from hri_prediction.motor_control.batch import Job, Kept, explain_all
 from hri_prediction.motor_control.cli import main
+from hri_prediction.motor_control.collected import People, collect
 from hri_prediction.motor_control.kinematics import elbow_and_wrist
 from hri_prediction.motor_control.seen import (
     arm_of,
@@ -19,6 +22,7 @@ from hri_prediction.motor_control.seen import (
     to_recording,
 )
 from hri_prediction.tracks.files import save_tracks
+from hri_prediction.tracks.segmentation import SegmentationConfig
 from hri_prediction.tracks.track import ArmTrack
 
 REST_S = 0.4
@@ -217,3 +221,84 @@ def test_files_without_reaches_are_refused(tmp_path, capsys):
     assert "no reach" in capsys.readouterr().err
     assert main([str(tmp_path / "none.npz"), "--out", str(tmp_path / "out")]) == 1
     assert "none.npz" in capsys.readouterr().err
+
+
+def test_all_reaches_of_a_person_are_seen_to_face_the_same_way(solver, rng):
+    # Single reaches that begin sideways point nearer to the side than to the front.
+    recordings = [
+        make_recording(recorded(solver, number, rng)[0], SegmentationConfig())
+        for number in range(0, 81, 4)
+    ]
+    people = People("auto", 1.72, 70.0, "yaw_pitch", False)
+    found, skipped = collect(recordings, people)
+    assert not skipped
+    assert {each.facing_deg for each in found} == {90.0}
+    assert max(each.observed.misfit_m for each in found) < 0.005
+    turned, _ = collect(recordings, People("0", 1.72, 70.0, "yaw_pitch", False))
+    assert max(each.observed.misfit_m for each in turned) > 0.05
+
+
+def test_means_are_those_of_repetitions(solver, rng):
+    tracks = [recorded(solver, 9, rng, trial=trial)[0] for trial in range(2)]
+    recordings = [make_recording(track, SegmentationConfig()) for track in tracks]
+    people = People("90", 1.72, 70.0, "yaw_pitch", True)
+    (only,), skipped = collect(recordings, people)
+    assert only.observed.name == "ann right task9"
+    assert not skipped
+    other = replace(recorded(solver, 2, rng)[0], task="task9", trial=2)
+    found, skipped = collect([*recordings, make_recording(other, SegmentationConfig())], people)
+    assert not found
+    assert "from the mean of all" in skipped[0]
+    nameless = make_recording(replace(tracks[0], subject=""), SegmentationConfig())
+    with pytest.raises(DataError, match="leave out --average"):
+        collect([nameless], people)
+
+
+def test_stretched_arms_stay_within_the_limits(solver, rng):
+    time_s = np.arange(500) / 250.0
+    phase = np.clip((time_s - 0.5) / 1.0, 0.0, 1.0)[:, None]
+    share = phase**3 * (10.0 - 15.0 * phase + 6.0 * phase**2)
+    angles = np.array([0.1, 0.2, 0.0]) + share * np.array([0.0, 1.0, 0.4])
+    elbow, wrist = elbow_and_wrist(angles, solver.arm)
+    points = np.zeros((500, 4, 3))
+    points[:, 1], points[:, 2], points[:, 3] = elbow, wrist, 1.1 * wrist
+    points += rng.normal(0.0, 0.002, points.shape)
+    seen = observe(ArmTrack(time_s, points), 0.5, 1.5, solver.arm, facing_rad=0.5 * np.pi)
+    seen.problem.check_limits()
+    assert seen.angles[:, 2].min() >= 0.0
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"alpha": None},
+        {"alpha": [0.5, 0.5]},
+        {"distance_cm": "near"},
+        {"distance_cm": float("nan")},
+        {"sd": [1, 2, 3, "x"]},
+        {"name": 3},
+        {"error": "and an error too"},
+        {"more": 1},
+    ],
+)
+def test_lines_of_something_else_are_done_again(solver, tmp_path, change):
+    (job,) = jobs(solver, 1)
+    path = tmp_path / "kept.jsonl"
+    explain_all([job], workers=1, kept=Kept(path))
+    entry = json.loads(path.read_text())
+    assert Kept(path).get(job) is not None
+    path.write_text(json.dumps({**entry, **change}) + "\n")
+    assert Kept(path).get(job) is None
+
+
+def test_one_file_without_reaches_does_not_stop_the_others(solver, rng, tmp_path, capsys):
+    save_tracks(tmp_path / "one.npz", [recorded(solver, 0, rng)[0]])
+    out = tmp_path / "out"
+    files = [str(tmp_path / "one.npz"), str(tmp_path / "none.npz")]
+    assert main([*files, "--out", str(out), "--workers", "1"]) == 0
+    results = json.loads((out / "results.json").read_text())
+    assert len(results["reaches"]) == 1
+    assert "none.npz" in results["skipped"][0]
+    assert results["reaches"][0]["facing_deg"] in (0.0, 90.0)
+    assert "Share of the dynamic costs" in (out / "results.md").read_text()
+    capsys.readouterr()

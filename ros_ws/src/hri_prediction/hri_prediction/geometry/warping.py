@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hri_prediction.compiled import njit
+from hri_prediction.errors import DataError
 
 Array = NDArray[np.float64]
 
@@ -64,11 +65,27 @@ def _path(first: Any, second: Any, pairs: Any) -> tuple[float, int]:
     return float(sums[n, m]), count
 
 
+def _checked(first: ArrayLike, second: ArrayLike) -> tuple[Array, Array]:
+    """Both paths as kernels take them; these check nothing."""
+    one, other = (np.array(path, dtype=float, order="C") for path in (first, second))
+    if one.ndim != 2 or other.ndim != 2 or one.shape[1] != other.shape[1]:
+        raise DataError(
+            f"paths of shape {one.shape} and {other.shape}", expected="(n, d) and (m, d)"
+        )
+    if not len(one) or not len(other):
+        raise DataError("a path without a point", expected="one or more points each")
+    if not (np.isfinite(one).all() and np.isfinite(other).all()):
+        raise DataError("a path that is not finite", expected="gaps to be left out")
+    return one, other
+
+
 def warped_distance(first: ArrayLike, second: ArrayLike) -> float:
-    """Distance of two paths (n, d) and (m, d), in their unit."""
-    return float(
-        _warped(np.array(first, dtype=float, order="C"), np.array(second, dtype=float, order="C"))
-    )
+    """Distance of two paths (n, d) and (m, d), in their unit.
+
+    Raises:
+        DataError: on other shapes, without a point, or with what is not finite.
+    """
+    return float(_warped(*_checked(first, second)))
 
 
 def warping_path(first: ArrayLike, second: ArrayLike) -> tuple[float, NDArray[np.int64]]:
@@ -76,8 +93,11 @@ def warping_path(first: ArrayLike, second: ArrayLike) -> tuple[float, NDArray[np
 
     Returns:
         The sum of distances, in the paths' unit, and pairs of indices (p, 2), from begin to end.
+
+    Raises:
+        DataError: as :func:`warped_distance`.
     """
-    one, other = (np.array(path, dtype=float, order="C") for path in (first, second))
+    one, other = _checked(first, second)
     pairs = np.empty((len(one) + len(other), 2), dtype=np.int64)
     total, count = _path(one, other, pairs)
     return float(total), pairs[:count][::-1].copy()

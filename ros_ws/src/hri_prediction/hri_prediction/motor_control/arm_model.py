@@ -121,11 +121,6 @@ class ArmModel:
         """Lengths, masses, inertias and gravity (11,), in the order of `PARAMETERS`."""
         return np.array([getattr(self, name) for name in PARAMETERS])
 
-    @property
-    def reach_m(self) -> float:
-        """From the shoulder to the wrist of the stretched arm."""
-        return self.upper_m + self.forearm_m
-
 
 PARAMETERS = tuple(field.name for field in fields(ArmModel) if field.name != "convention")
 """Names of the numbers of a model, in the order in which generated code takes them."""

@@ -5,10 +5,11 @@ from __future__ import annotations
 import functools
 import hashlib
 import json
+import math
 import os
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +18,12 @@ import numpy as np
 from hri_prediction.compiled import processor
 from hri_prediction.errors import DataError, HriError
 from hri_prediction.motor_control.arm_model import ANATOMICAL, ArmModel, JointLimits
-from hri_prediction.motor_control.compiled_graph import compiled_graph
+from hri_prediction.motor_control.compiled_graph import compiled_graph, library_path
+from hri_prediction.motor_control.convention import CONVENTIONS
 from hri_prediction.motor_control.costs import CHAPTER_2
 from hri_prediction.motor_control.ioc import explain
 from hri_prediction.motor_control.observed import ObservedReach
-from hri_prediction.motor_control.ocp import ReachSolver
+from hri_prediction.motor_control.ocp import Motion, ReachSolver
 from hri_prediction.motor_control.scaling import MAXIMUM
 from hri_prediction.motor_control.uncertainty import certainty
 from hri_prediction.results.dependencies import dependency_hash
@@ -81,7 +83,7 @@ class Outcome:
         sd: Their standard deviations.
         factors: S of these costs.
         distance_cm: Of the hand, by dynamic time warping.
-        single_cm: The same of each cost alone.
+        single_cm: The same of each cost alone; none where that has no optimum.
         joint_distance_deg: Of the joints.
         single_joint_deg: The same of each cost alone.
         solves: How often the lower level was solved.
@@ -95,16 +97,23 @@ class Outcome:
     sd: tuple[float, ...] = ()
     factors: tuple[float, ...] = ()
     distance_cm: float = 0.0
-    single_cm: tuple[float, ...] = ()
+    single_cm: tuple[float | None, ...] = ()
     joint_distance_deg: float = 0.0
-    single_joint_deg: tuple[float, ...] = ()
+    single_joint_deg: tuple[float | None, ...] = ()
     solves: int = 0
     seconds: float = 0.0
 
 
 @functools.cache
 def _made_by() -> str:
-    return repr((dependency_hash(WORK), processor(), sorted(versions(_PACKAGES).items())))
+    compiled = [library_path(convention).name for convention in CONVENTIONS]
+    return repr((dependency_hash(WORK), processor(), sorted(versions(_PACKAGES).items()), compiled))
+
+
+def _computed_with() -> dict[str, str]:
+    """What workers of a cluster must have in common, the C compiler included."""
+    compiled = " ".join(library_path(convention).name for convention in CONVENTIONS)
+    return {**computed_with(WORK, _PACKAGES), "compiled models": compiled}
 
 
 @functools.lru_cache(maxsize=64)
@@ -119,12 +128,9 @@ def explain_job(job: Job) -> Outcome:
     observed = job.observed
     try:
         found = explain(solver, observed, job.names, scaling=job.scaling)
-    except HriError as error:
+        sure = certainty(found, observed, correlated=job.correlated)
+    except (HriError, np.linalg.LinAlgError) as error:
         return Outcome(job.index, observed.name, error=str(error))
-    sure = certainty(found, observed, correlated=job.correlated)
-    singles = [
-        np.degrees(observed.joint_distance(m.angles(observed.phases))) for m in found.single_motions
-    ]
     return Outcome(
         index=job.index,
         name=observed.name,
@@ -132,14 +138,21 @@ def explain_job(job: Job) -> Outcome:
         sd=tuple(sure.sd.tolist()),
         factors=tuple(found.factors.tolist()),
         distance_cm=100.0 * found.distance_m,
-        single_cm=tuple((100.0 * found.single_m).tolist()),
-        joint_distance_deg=float(
-            np.degrees(observed.joint_distance(found.motion.angles(observed.phases)))
+        single_cm=tuple(
+            100.0 * value if math.isfinite(value) else None for value in found.single_m.tolist()
         ),
-        single_joint_deg=tuple(float(value) for value in singles),
+        joint_distance_deg=_joints_deg(observed, found.motion),
+        single_joint_deg=tuple(
+            None if motion is None else _joints_deg(observed, motion)
+            for motion in found.single_motions
+        ),
         solves=found.solves,
         seconds=time.process_time() - begun,
     )
+
+
+def _joints_deg(observed: ObservedReach, motion: Motion) -> float:
+    return math.degrees(observed.joint_distance(motion.angles(observed.phases)))
 
 
 class Kept:
@@ -174,7 +187,7 @@ class Kept:
     def get(self, job: Job) -> Outcome | None:
         """What came of a job, if it was done before."""
         found = self._found.get(job.key)
-        return None if found is None else Outcome(**{**found.__dict__, "index": job.index})
+        return None if found is None else replace(found, index=job.index, name=job.observed.name)
 
     def add(self, job: Job, outcome: Outcome) -> None:
         """Keep an outcome: at once, so that nothing that was done is done again."""
@@ -188,8 +201,24 @@ class Kept:
 
 
 def _outcome(entry: dict[str, Any]) -> Outcome:
+    """An outcome of what a line holds.
+
+    Raises:
+        TypeError: it holds something else.
+    """
     values: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in entry.items()}
-    return Outcome(**values)
+    made = Outcome(**values)
+    rows = [made.alpha, made.sd, made.factors, made.single_cm, made.single_joint_deg]
+    whole = all(isinstance(row, tuple) and len(row) == len(made.alpha) for row in rows)
+    numbers = [made.index, made.solves, made.seconds, made.distance_cm, made.joint_distance_deg]
+    numbers += [
+        value for row in rows if isinstance(row, tuple) for value in row if value is not None
+    ]
+    plain = all(isinstance(value, int | float) and math.isfinite(value) for value in numbers)
+    named = isinstance(made.name, str) and isinstance(made.error, str)
+    if not (whole and plain and named and bool(made.alpha) != bool(made.error)):
+        raise TypeError("a line of something else")
+    return made
 
 
 def explain_all(
@@ -230,7 +259,7 @@ def explain_all(
             workers=workers,
             scheduler=scheduler,
             prepare=functools.partial(prepare, conventions),
-            computed_with=functools.partial(computed_with, WORK, _PACKAGES),
+            computed_with=_computed_with,
         )
         for outcome in results:
             found[outcome.index] = outcome

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-import math
 import sys
-from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -18,111 +16,56 @@ from rich.table import Table
 
 from hri_prediction.errors import ConfigError, DataError, HriError
 from hri_prediction.evaluation.recordings import Recording, load_recordings
-from hri_prediction.motor_control.arm_model import BODY_HEIGHT_M, BODY_MASS_KG, ArmModel
+from hri_prediction.motor_control.arm_model import BODY_HEIGHT_M, BODY_MASS_KG
 from hri_prediction.motor_control.batch import Job, Kept, Outcome, explain_all
+from hri_prediction.motor_control.collected import AUTO, CollectedReach, People, collect
 from hri_prediction.motor_control.compiled_graph import is_prepared
 from hri_prediction.motor_control.convention import CONVENTIONS, YAW_PITCH
-from hri_prediction.motor_control.costs import CHAPTER_2, COSTS, indices_of
+from hri_prediction.motor_control.costs import (
+    CHAPTER_2,
+    COSTS,
+    DYNAMIC,
+    KINEMATIC,
+    indices_of,
+    shares,
+)
 from hri_prediction.motor_control.observed import ObservedReach
 from hri_prediction.motor_control.results_table import HEAD, draw, markdown, summary_rows
 from hri_prediction.motor_control.scaling import MAXIMUM, SCALINGS
-from hri_prediction.motor_control.seen import KNOT_S, arm_of, mean_of, observe
+from hri_prediction.motor_control.seen import KNOT_S
 from hri_prediction.results.options import Scheduler, Workers, make_folders, resumable
 from hri_prediction.results.origin import available_cores, origin_line, results_origin
 from hri_prediction.results.progress import ProgressLine
-from hri_prediction.tracks.placement import Placement
-from hri_prediction.tracks.seating import facing_deg
 from hri_prediction.tracks.segmentation import SegmentationConfig
-from hri_prediction.tracks.track import ArmTrack
 
 REACHES, RESULTS, REPORT, PICTURE = "reaches.jsonl", "results.json", "results.md", "results.png"
 _SMOKE_REACHES = 3
-_AUTO = "auto"
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 
 
-def _facing(track: ArmTrack, given: str) -> float:
-    """Where the person faces in the axes of the recording [rad]."""
-    if given == _AUTO:
-        return math.radians(facing_deg(track, Placement()))
-    try:
-        angle = float(given)
-    except ValueError:
-        angle = math.nan
-    if not math.isfinite(angle):
-        raise ConfigError(f"--facing {given}", expected="auto, or degrees from x towards y")
-    return math.radians(angle)
+def read_all(files: Sequence[Path]) -> tuple[list[Recording], list[str]]:
+    """Recordings of all files, and a line for each file that holds none.
 
-
-def collect(
-    recordings: Sequence[Recording],
-    *,
-    facing: str,
-    height_m: float,
-    mass_kg: float,
-    convention: str,
-    average: bool,
-) -> tuple[list[tuple[ObservedReach, ArmModel]], list[str]]:
-    """Bring recorded reaches to the arm models of the people who made them.
-
-    Args:
-        recordings: With their reaches.
-        facing: ``auto`` or degrees.
-        height_m: Of the people.
-        mass_kg: Of the people.
-        convention: Of the joint angles.
-        average: Whether to take the mean of the repetitions of a person, side and task.
-
-    Returns:
-        The reaches with their arms, and a line for each that cannot be used.
+    Raises:
+        DataError: none holds any.
     """
-    people: dict[tuple[str, str], list[ArmTrack]] = defaultdict(list)
-    for recording in recordings:
-        people[recording.track.subject, recording.track.side].append(recording.track)
-    arms = {
-        who: arm_of(tracks, height_m=height_m, mass_kg=mass_kg, convention=convention)
-        for who, tracks in people.items()
-    }
-    groups: dict[tuple[str, str, str], list[ObservedReach]] = defaultdict(list)
+    found: list[Recording] = []
     skipped = []
-    for recording in recordings:
-        track = recording.track
-        arm = arms[track.subject, track.side]
-        for number, reach in enumerate(recording.reaches):
-            name = " ".join(
-                part
-                for part in (track.subject, track.side, track.task, f"{track.trial}.{number}")
-                if part
-            )
-            try:
-                seen = observe(
-                    track,
-                    reach.onset_s,
-                    reach.end_s,
-                    arm,
-                    facing_rad=_facing(track, facing),
-                    name=name,
-                )
-            except DataError as error:
-                skipped.append(f"{name}: {error}")
-                continue
-            groups[track.subject, track.side, track.task].append(seen)
-    found = []
-    for (subject, side, task), reaches in groups.items():
-        arm = arms[subject, side]
-        if average:
-            name = " ".join(part for part in (subject, side, task) if part)
-            found.append((mean_of(reaches, arm, name), arm))
-        else:
-            found += [(reach, arm) for reach in reaches]
+    for file in files:
+        try:
+            found += load_recordings(file, SegmentationConfig())
+        except DataError as error:
+            skipped.append(str(error))
+    if not found:
+        raise DataError(skipped[0] if skipped else "no file was named", expected="recorded reaches")
     return found, skipped
 
 
 def write_results(
     out: Path,
     outcomes: Sequence[Outcome],
-    reaches: Sequence[tuple[ObservedReach, ArmModel]],
+    reaches: Sequence[CollectedReach],
     skipped: Sequence[str],
     settings: dict[str, Any],
     origin: dict[str, Any],
@@ -130,23 +73,34 @@ def write_results(
     """Write results.json, results.md and results.png."""
     names = settings["costs"]
     rows = []
-    for outcome, (reach, arm) in zip(outcomes, reaches, strict=True):
-        problem = reach.problem
+    for outcome, reach in zip(outcomes, reaches, strict=True):
+        problem = reach.observed.problem
         rows.append(
             {
                 **asdict(outcome),
                 "q_start_deg": np.degrees(problem.q_start).tolist(),
                 "q_end_deg": np.degrees(problem.q_end).tolist(),
                 "duration_s": problem.duration,
-                "upper_arm_m": arm.upper_m,
-                "forearm_m": arm.forearm_m,
-                "misfit_cm": 100.0 * reach.misfit_m,
+                "facing_deg": reach.facing_deg,
+                "upper_arm_m": reach.arm.upper_m,
+                "forearm_m": reach.arm.forearm_m,
+                "misfit_cm": 100.0 * reach.observed.misfit_m,
             }
         )
     content = {**settings, "origin": origin, "skipped": list(skipped), "reaches": rows}
     (out / RESULTS).write_text(json.dumps(content, indent=1, allow_nan=False) + "\n")
     failed = [f"- {each.name}: {each.error}" for each in outcomes if each.error]
-    misfit = 100.0 * float(np.median([reach.misfit_m for reach, _ in reaches]))
+    misfits = [100.0 * reach.observed.misfit_m for reach in reaches]
+    done = [each.alpha for each in outcomes if not each.error]
+    shared = []
+    if done and {*KINEMATIC, *DYNAMIC} & set(names):
+        shared = [
+            f"Share of the {word} costs in alpha: {share.mean():.2f} ± {share.std():.2f}."
+            for word, share in (
+                ("kinematic", shares(done, names, KINEMATIC)),
+                ("dynamic", shares(done, names, DYNAMIC)),
+            )
+        ]
     text = [
         "# Which costs explain these reaches\n",
         f"{origin_line(origin)}\n",
@@ -154,9 +108,12 @@ def write_results(
         "warping between the optimum and what was seen, by sample; mean ± standard deviation over reaches. "
         "Uncertainty: of the weight of one reach, from Fisher's information.\n",
         markdown(HEAD, summary_rows(outcomes, names)),
-        f"Elbow and wrist of the model are {misfit:.1f} cm (root mean square, median over reaches) from "
-        "where they were seen: what a shoulder rolls the model has not. Another --convention may come "
-        "nearer.\n",
+        *(" ".join(shared).splitlines()),
+        "",
+        f"Elbow and wrist of the model are {np.median(misfits):.1f} cm from where they were seen (root "
+        f"mean square; median over reaches, {max(misfits):.1f} cm at most): what a shoulder rolls the "
+        "model has not. Another --convention may come nearer; where people face otherwise than --facing "
+        "says, it is decimetres.\n",
         *(["", "Not explained:\n", *failed] if failed else []),
         *(["", "Left out:\n", *(f"- {line}" for line in skipped)] if skipped else []),
         "",
@@ -192,9 +149,9 @@ def fit_ioc(
         str,
         typer.Option(
             help="Where people face in the axes of the recording, in degrees from x towards y; auto: the "
-            "quarter turn nearest to where the arm points in the mean."
+            "quarter turn nearest to where a person's arms point in the mean of all recordings."
         ),
-    ] = _AUTO,
+    ] = AUTO,
     height: Annotated[
         float, typer.Option(help="Height of the people in metres.", min=0.5, max=2.5)
     ] = BODY_HEIGHT_M,
@@ -232,17 +189,10 @@ def fit_ioc(
         origin = results_origin()
         with resumable(console, out), ProgressLine(console) as progress:
             progress.say("reading")
-            recordings = [
-                one for file in files for one in load_recordings(file, SegmentationConfig())
-            ]
-            reaches, skipped = collect(
-                recordings,
-                facing=facing,
-                height_m=height,
-                mass_kg=mass,
-                convention=convention,
-                average=average,
-            )
+            recordings, unread = read_all(files)
+            people = People(facing, height, mass, convention, average)
+            reaches, unusable = collect(recordings, people)
+            skipped = unread + unusable
             if smoke:
                 reaches = reaches[:_SMOKE_REACHES]
             if not reaches:
@@ -255,8 +205,15 @@ def fit_ioc(
                 progress.say("compiling the model of the arm, once (some twenty seconds)")
             # Splines pass what is slower than their knots: so many samples share an error.
             jobs = [
-                Job(i, reach, arm, names, scaling, correlated=_correlated(reach))
-                for i, (reach, arm) in enumerate(reaches)
+                Job(
+                    i,
+                    each.observed,
+                    each.arm,
+                    names,
+                    scaling,
+                    correlated=_correlated(each.observed),
+                )
+                for i, each in enumerate(reaches)
             ]
             progress.say("explaining reaches")
             outcomes = explain_all(
@@ -272,6 +229,7 @@ def fit_ioc(
             "scaling": scaling,
             "convention": convention,
             "average": average,
+            "facing": facing,
             "height_m": height,
             "mass_kg": mass,
             "smoke": smoke,
@@ -281,7 +239,8 @@ def fit_ioc(
         print(f"error: {error}", file=sys.stderr)
         raise typer.Exit(1) from error
     except OSError as error:
-        print(f"error: cannot write to {out}: {error.strerror or error}", file=sys.stderr)
+        where = error.filename or out
+        print(f"error: {where}: {error.strerror or error}", file=sys.stderr)
         raise typer.Exit(1) from error
     failed = [each for each in outcomes if each.error]
     table = Table(*HEAD, title=f"{len(outcomes) - len(failed)} reaches")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,10 +38,19 @@ class Smoothing:
     Attributes:
         power: e of the power of a joint [W]. Ten times coarser moves the hand by 3 mm, finer by 0.3 mm.
         speed: e of the root of q'^T M q' [kg^(1/2) m/s].
+
+    Raises:
+        ConfigError: one is not finite and positive.
     """
 
     power: float = 0.05
     speed: float = 0.02
+
+    def __post_init__(self) -> None:
+        for name in ("power", "speed"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise ConfigError(f"Smoothing.{name} = {value!r}", expected="a positive number")
 
 
 SMOOTHING = Smoothing()
@@ -78,18 +88,6 @@ def check_simplex(alpha: ArrayLike, names: Sequence[str]) -> Array:
             expected="weights of 0 or more that sum to 1",
         )
     return weights
-
-
-def from_mapping(weights: Mapping[str, float]) -> tuple[tuple[str, ...], Array]:
-    """Names and weights on the simplex, of weights by name.
-
-    Raises:
-        ConfigError: on a name that is no cost.
-        DataError: as :func:`check_simplex`.
-    """
-    names = tuple(weights)
-    indices_of(names)
-    return names, check_simplex([weights[name] for name in names], names)
 
 
 def shares(alpha: ArrayLike, names: Sequence[str], group: Sequence[str]) -> Array:

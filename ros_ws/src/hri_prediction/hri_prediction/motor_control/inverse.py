@@ -33,6 +33,8 @@ _ENOUGH_RAD = 1e-10
 def nearest_angles(points: Array, arm: ArmModel, limits: JointLimits = ANATOMICAL) -> Array:
     """Joint angles (N, 3) [rad] within the limits, nearest to shoulder, elbow and wrist (N, 3, 3) [m].
 
+    NaN where a point is.
+
     Raises:
         DataError: when a segment has no length.
     """
@@ -41,7 +43,7 @@ def nearest_angles(points: Array, arm: ArmModel, limits: JointLimits = ANATOMICA
     low, high = np.array(limits.lower), np.array(limits.upper)
     # Within half a turn of the middle of the limits: the same posture, and one that may be allowed.
     first -= 2.0 * np.pi * np.round((first - 0.5 * (low + high)) / (2.0 * np.pi))
-    best, least = np.empty_like(first), np.full(len(first), np.inf)
+    best, least = np.full_like(first, np.nan), np.full(len(first), np.inf)
     for yaw in (None, *_YAWS):
         start = first.copy()
         if yaw is not None:

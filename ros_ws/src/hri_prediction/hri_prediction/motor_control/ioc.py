@@ -13,6 +13,7 @@ distances, not squares.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -23,7 +24,7 @@ from scipy.optimize import nnls
 from hri_prediction.geometry.warping import warping_path
 from hri_prediction.motor_control.costs import CHAPTER_2, check_simplex, indices_of
 from hri_prediction.motor_control.observed import ObservedReach
-from hri_prediction.motor_control.ocp import Motion, ReachSolver
+from hri_prediction.motor_control.ocp import Motion, NotConverged, ReachSolver
 from hri_prediction.motor_control.scaling import MAXIMUM, Scaling, scaling_of
 
 Array = NDArray[np.float64]
@@ -50,8 +51,9 @@ class Explanation:
         scaling: Factors without which alpha means nothing.
         motion: The optimum.
         distance_m: Its distance to what was observed, by dynamic time warping and sample.
-        single_m: The same of the optimum of each cost alone (n,).
-        single_motions: These optima.
+        single_m: The same of the optimum of each cost alone (n,); infinite where that was not found, as
+            optima of energy or geodesic alone are singular.
+        single_motions: These optima; none where there is none.
         path: Of its hand at the phases of the samples (N, 3) [m].
         jacobian: Derivative of the path by alpha (N, 3, n) [m].
         solves: How often the lower level was solved, in all.
@@ -63,7 +65,7 @@ class Explanation:
     motion: Motion
     distance_m: float
     single_m: Array
-    single_motions: tuple[Motion, ...]
+    single_motions: tuple[Motion | None, ...]
     path: Array
     jacobian: Array
     solves: int
@@ -112,13 +114,20 @@ class _Search:
         path = motion.hand(self.observed.phases, self.solver.arm)
         return _Point(alpha, motion, path, self.observed.distance(path))
 
-    def vertices(self) -> list[_Point]:
+    def tried(self, alpha: Array, start: Array | None = None) -> _Point | None:
+        """Solve the lower level; nothing where it has no solution."""
+        try:
+            return self.at(alpha, start)
+        except NotConverged:
+            return None
+
+    def vertices(self) -> list[_Point | None]:
         """The optimum of each cost alone."""
-        found = []
+        found: list[_Point | None] = []
         for index, name in enumerate(self.names):
             alpha = np.eye(len(self.names))[index]
             known = self.scaling.optima.get(name)
-            found.append(self.at(alpha) if known is None else self.of(alpha, known))
+            found.append(self.tried(alpha) if known is None else self.of(alpha, known))
         return found
 
     def derivatives(self, point: _Point) -> tuple[Array, Array]:
@@ -152,8 +161,8 @@ class _Search:
                 if np.abs(step).max() < _SAME:
                     return point
                 start = point.motion.coefficients + np.einsum("i,iaj->aj", step, moved)
-                tried = self.at(alpha, start)
-                if self._cost(tried, warped) < self._cost(point, warped):
+                tried = self.tried(alpha, start)
+                if tried is not None and self._cost(tried, warped) < self._cost(point, warped):
                     nearer = tried
                     break
                 damping = max(10.0 * damping, 1e-3)
@@ -193,7 +202,7 @@ def simplex_step(
         slopes: P (N, 3, n).
         wanted: r (N, 3).
         weights: w (N,).
-        damping: mu, by the largest eigenvalue of the normal matrix.
+        damping: mu, by the trace of the normal matrix.
 
     Returns:
         a (n,).
@@ -212,7 +221,14 @@ def simplex_step(
     root = np.sqrt(values)[:, None] * vectors.T
     goal = root @ alpha + (vectors.T @ (matrix.T @ right)) / np.sqrt(values)
     heavy = 1e4 * np.sqrt(scale)
-    found, _ = nnls(np.vstack([root, np.full((1, len(alpha)), heavy)]), np.append(goal, heavy))
+    try:
+        found, _ = nnls(
+            np.vstack([root, np.full((1, len(alpha)), heavy)]),
+            np.append(goal, heavy),
+            maxiter=30 * len(alpha),
+        )
+    except RuntimeError:  # it goes round in circles: where the samples say nothing
+        return alpha
     result: Array = found / found.sum()
     return result
 
@@ -233,7 +249,8 @@ def explain(
         names: Costs that may have a part in it.
         scaling: How costs are brought to one range.
         start: Alpha to begin with, such as that of the person's last reach of this kind; none: all
-            the same, and the best cost alone.
+            the same. Where the best cost alone is nearer than what is found from there, it begins anew
+            with that.
 
     Raises:
         ConfigError: names or scaling are none.
@@ -247,7 +264,7 @@ def explain(
     centre = np.full(len(names), 1.0 / len(names)) if start is None else check_simplex(start, names)
     best = search.descend(search.at(centre), EUCLIDEAN_STEPS, warped=False)
     best = search.descend(best, WARPED_STEPS, warped=True)
-    nearest = min(vertices, key=lambda point: point.distance_m)
+    nearest = min((v for v in vertices if v is not None), key=lambda v: v.distance_m, default=best)
     if nearest.distance_m < best.distance_m:
         best = search.descend(nearest, WARPED_STEPS, warped=True)
     _, jacobian = search.derivatives(best)
@@ -257,8 +274,8 @@ def explain(
         scaling=factors,
         motion=best.motion,
         distance_m=best.distance_m,
-        single_m=np.array([point.distance_m for point in vertices]),
-        single_motions=tuple(point.motion for point in vertices),
+        single_m=np.array([math.inf if v is None else v.distance_m for v in vertices]),
+        single_motions=tuple(None if v is None else v.motion for v in vertices),
         path=best.path,
         jacobian=jacobian,
         solves=search.solves,

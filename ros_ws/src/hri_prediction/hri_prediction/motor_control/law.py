@@ -11,6 +11,7 @@ so that weights stay on the simplex, and the squared distance of all paths to th
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -20,12 +21,14 @@ from numpy.typing import ArrayLike, NDArray
 from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.motor_control.costs import CHAPTER_2, JOINT_JERK, indices_of
 from hri_prediction.motor_control.observed import ObservedReach
-from hri_prediction.motor_control.ocp import ReachSolver
+from hri_prediction.motor_control.ocp import NotConverged, ReachSolver
 from hri_prediction.motor_control.scaling import MAXIMUM, scaling_of
 
 Array = NDArray[np.float64]
 
 FEATURES = ("1", "q1_start", "q2_start", "q3_start", "q1_end", "q2_end", "q3_end")
+_LEAST = 1e-12
+"""Added to what damping scales, for directions that no reach says anything of [m^2]."""
 _LOG_LIMIT = 12.0
 """Ratios of weights beyond e^12 are the same to a reach."""
 
@@ -77,7 +80,8 @@ class WeightLaw:
         alpha = self.alpha(q_start, q_end)
         by_logs = np.diag(alpha) - np.outer(alpha, alpha)
         by_logs = np.delete(by_logs, self.names.index(JOINT_JERK), axis=1)
-        return by_logs[:, :, None] * features(q_start, q_end)
+        cut = np.abs(features(q_start, q_end) @ self.theta.T) > _LOG_LIMIT
+        return np.where(cut, 0.0, by_logs)[:, :, None] * features(q_start, q_end)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +108,7 @@ def fit_law(
     *,
     scaling: str = MAXIMUM,
     steps: int = 15,
-    ridge: float = 1e-6,
+    correlated: float = 1.0,
     progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> FittedLaw:
     """Fit a law to reaches of one person or of many.
@@ -115,7 +119,7 @@ def fit_law(
         names: Costs, joint jerk among them.
         scaling: How costs are brought to one range, in each reach.
         steps: At most.
-        ridge: By how much theta is drawn to zero, by the scale of the information.
+        correlated: So many samples in a row share an error; they count for one in theta_sd.
         progress: Called with steps done and their number.
 
     Raises:
@@ -132,18 +136,14 @@ def fit_law(
     squares = sum(each.solve(law) for each in pooled)
     damping, done = 1e-3, 0
     size = law.theta.size
-    information = np.eye(size)
+    for each in pooled:
+        each.accept()
     for done in range(1, steps + 1):
         progress(done - 1, steps)
-        information, right = ridge * np.eye(size) * samples * 1e-6, np.zeros(size)
-        right -= information @ law.theta.ravel()
-        for each in pooled:
-            matrix, residual = each.linear(law)
-            information += matrix.T @ matrix
-            right += matrix.T @ residual
+        information, right = _normal(pooled, law)
         better = None
         while damping < 1e8:
-            damped = information + damping * np.diag(np.diag(information))
+            damped = information + damping * np.diag(np.diag(information) + _LEAST)
             tried = WeightLaw(
                 names, law.theta + np.linalg.solve(damped, right).reshape(law.theta.shape)
             )
@@ -162,11 +162,26 @@ def fit_law(
         if gained < 1e-7:
             break
     progress(steps, steps)
-    noise = squares / max(samples - size, 1)
-    sd = np.sqrt(np.maximum(np.diag(np.linalg.pinv(information)) * noise, 0.0))
+    for each in pooled:
+        each.solve(law)
+    information, _ = _normal(pooled, law)
+    noise = squares / max(samples - correlated * size, 1.0)
+    spread = np.diag(np.linalg.pinv(information, hermitian=True)) * noise * correlated
+    sd = np.sqrt(np.maximum(spread, 0.0))
     return FittedLaw(
         law, float(np.sqrt(3.0 * squares / samples)), done, sd.reshape(law.theta.shape)
     )
+
+
+def _normal(pooled: Sequence[_Pooled], law: WeightLaw) -> tuple[Array, Array]:
+    """Normal matrix and right side of a Gauss-Newton step, of all reaches."""
+    size = law.theta.size
+    information, right = np.zeros((size, size)), np.zeros(size)
+    for each in pooled:
+        matrix, residual = each.linear(law)
+        information += matrix.T @ matrix
+        right += matrix.T @ residual
+    return information, right
 
 
 class _Pooled:
@@ -184,7 +199,12 @@ class _Pooled:
         """Squared distance of the path to the optimum of a law; `accept` keeps that."""
         alpha = law.alpha(self.observed.problem.q_start, self.observed.problem.q_end)
         weights = self.scaling.weights(alpha, self.names)
-        self._tried = self.solver.solve(self.observed.problem, weights, self._motion.coefficients)
+        try:
+            self._tried = self.solver.solve(
+                self.observed.problem, weights, self._motion.coefficients
+            )
+        except NotConverged:
+            return math.inf  # a step that went too far
         path = self._tried.hand(self.observed.phases, self.solver.arm)
         return float(np.square(path - self.observed.hand).sum())
 
@@ -206,7 +226,15 @@ class _Pooled:
 
 
 def explained(truth: ArrayLike, found: ArrayLike) -> float:
-    """Share of the variance of true weights (N, n) that found ones explain, pooled over all costs."""
+    """Share of the variance of true weights (N, n) that found ones explain, pooled over all costs.
+
+    Raises:
+        DataError: when the true ones do not vary.
+    """
     true, made = np.asarray(truth, dtype=float), np.asarray(found, dtype=float)
     spread = float(np.square(true - true.mean(axis=0)).sum())
+    if not spread > 0.0:
+        raise DataError(
+            "weights that are all the same have no variance", expected="several reaches"
+        )
     return 1.0 - float(np.square(true - made).sum()) / spread

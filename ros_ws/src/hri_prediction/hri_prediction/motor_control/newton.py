@@ -184,7 +184,7 @@ def minimise(
             new = 0.0
             for k in range(7):
                 new += cost_weights[k] * found[k]
-            if new <= cost + _SUFFICIENT * moved:
+            if new <= cost + _SUFFICIENT * min(moved, 0.0):
                 accepted = True
                 break
             length *= 0.5 if length > 0.1 else 0.25

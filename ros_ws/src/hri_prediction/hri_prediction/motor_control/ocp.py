@@ -2,20 +2,22 @@
 
 The arm is fully actuated: whatever its joints do some torques bring about. So the motion itself is what
 is sought, a clamped quintic spline for each joint, and torques and their rates follow from inverse
-dynamics; there is no differential equation left to be fulfilled. Joint limits bound the coefficients, and
-so, as a spline lies between its coefficients, the angles.
+dynamics; there is no differential equation left to be fulfilled. Joint limits bound the coefficients that
+are sought, and so, as a spline lies between its coefficients, the angles; those that the ends give are as
+they are.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import solve_triangular
 
-from hri_prediction.errors import DataError, HriError
+from hri_prediction.errors import ConfigError, DataError, HriError
 from hri_prediction.motor_control.arm_model import ANATOMICAL, ArmModel, JointLimits
 from hri_prediction.motor_control.assembly import cost_gradients, cost_integrals, derivatives
 from hri_prediction.motor_control.compiled_graph import compiled_graph
@@ -34,6 +36,8 @@ from hri_prediction.motor_control.spline import (
 Array = NDArray[np.float64]
 
 ITERATIONS = 200
+_RIDGES = (1e-6, 1e-3)
+"""Shares of the metric that a Hessian gets at an optimum that the cost hardly determines."""
 
 
 class NotConverged(HriError):
@@ -55,6 +59,11 @@ class NotConverged(HriError):
             expected="less than 1e-8",
             hint="look at the attributes reach and weights",
         )
+        self._decrement = decrement
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """As processes hand it to each other."""
+        return NotConverged, (self.reach, self.weights, self.solution, self._decrement)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +112,7 @@ class ReachSolver:
         points: Gauss points in each.
 
     Raises:
+        ConfigError: fewer than two intervals or points.
         HriError: the model of the arm cannot be compiled.
     """
 
@@ -115,10 +125,19 @@ class ReachSolver:
     _graph: NDArray[np.int64] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
+        if self.intervals < 2 or self.points < 2:
+            raise ConfigError(
+                f"{self.intervals} intervals with {self.points} points each",
+                expected="two or more of both",
+            )
         graph = compiled_graph(self.arm.convention)
         object.__setattr__(self, "table", spline_table(self.intervals, self.points))
         addresses = np.array([graph.values, graph.jacobian, graph.second], dtype=np.int64)
         object.__setattr__(self, "_graph", addresses)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """As processes hand it to each other: addresses of code are those of one process."""
+        return ReachSolver, (self.arm, self.limits, self.smoothing, self.intervals, self.points)
 
     def solve(
         self, problem: ReachProblem, weights: ArrayLike, start: Array | None = None
@@ -140,7 +159,13 @@ class ReachSolver:
         low, high = self.unknown_rows(problem)
         coefficients = self.smooth(problem)
         if start is not None:
-            coefficients[low:high] = np.asarray(start)[low:high]
+            given = np.asarray(start, dtype=float)
+            if given.shape != coefficients.shape or not np.isfinite(given).all():
+                raise DataError(
+                    f"a start of shape {given.shape}",
+                    expected=f"finite coefficients of shape {coefficients.shape}",
+                )
+            coefficients[low:high] = given[low:high]
         costs = np.empty(len(COSTS))
         ended, iterations, decrement = minimise(
             self._graph, coefficients, self.table.values, self.table.first, self.table.weights,
@@ -152,10 +177,6 @@ class ReachSolver:
         if ended != CONVERGED:
             raise NotConverged(problem, chosen, motion, decrement)
         return motion
-
-    def costs(self, motion: Motion) -> Array:
-        """All seven costs of a motion (7,)."""
-        return self._costs(motion.coefficients, motion.duration)
 
     def sensitivity(
         self, problem: ReachProblem, motion: Motion, weights: ArrayLike, chosen: NDArray[np.int64]
@@ -198,8 +219,13 @@ class ReachSolver:
             np.array(self.limits.upper),
             held,
         )
-        moved = -gradients[chosen]
-        if not sensitivities(hessian, held, moved):
+        share = float(np.mean(np.diag(hessian) / np.diag(self._metric(low, high))))
+        for ridge in (0.0, *_RIDGES):
+            moved = -gradients[chosen]
+            damped = hessian + ridge * abs(share) * self._metric(low, high)
+            if sensitivities(damped, held, moved):
+                break
+        else:
             raise NotConverged(problem, scaled, motion, math.inf)
         found = np.zeros((len(chosen), *coefficients.shape))
         found[:, low:high] = moved.reshape(len(chosen), -1, 3)

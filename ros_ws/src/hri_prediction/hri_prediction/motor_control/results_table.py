@@ -22,13 +22,13 @@ def summary_rows(outcomes: Sequence[Outcome], names: Sequence[str]) -> list[tupl
         return []
     alpha = np.array([each.alpha for each in done])
     sd = np.array([each.sd for each in done])
-    single = np.array([each.single_cm for each in done])
-    joints = np.array([each.single_joint_deg for each in done])
+    single = np.array([each.single_cm for each in done], dtype=float)
+    joints = np.array([each.single_joint_deg for each in done], dtype=float)
     rows = [
         (
             name.replace("_", " "),
             _spread(alpha[:, i]),
-            f"{np.median(sd[:, i]):.3f}",
+            _median(sd[alpha[:, i] > 0.0, i]),
             _spread(single[:, i]),
             _spread(joints[:, i]),
         )
@@ -42,7 +42,14 @@ def summary_rows(outcomes: Sequence[Outcome], names: Sequence[str]) -> list[tupl
 HEAD = ("model", "alpha", "uncertainty (median)", "hand [cm]", "joints [deg]")
 
 
+def _median(values: np.ndarray) -> str:
+    return f"{np.median(values):.3f}" if len(values) else "–"
+
+
 def _spread(values: np.ndarray) -> str:
+    values = values[np.isfinite(values)]
+    if not len(values):
+        return "–"
     return f"{values.mean():.3g} ± {values.std():.2g}"
 
 
@@ -77,7 +84,8 @@ def draw(outcomes: Sequence[Outcome], names: Sequence[str], path: Path) -> None:
             "joints [deg]",
         ),
     ):
-        columns = [*np.array(alone).T, np.array(mixed)]
+        columns = [*np.array(alone, dtype=float).T, np.array(mixed)]
+        columns = [column[np.isfinite(column)] for column in columns]
         axis.boxplot(columns, showfliers=False)
         axis.set_xticks(range(1, len(columns) + 1), [*labels, "mix"])
         axis.set_title(f"distance to what was seen, {title}", fontsize=9)

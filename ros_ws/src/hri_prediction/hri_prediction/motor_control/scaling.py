@@ -21,6 +21,7 @@ from hri_prediction.motor_control.costs import (
     HAND_JERK,
     JOINT_JERK,
     TORQUE_CHANGE,
+    check_simplex,
     indices_of,
 )
 from hri_prediction.motor_control.ocp import Motion, ReachSolver
@@ -49,10 +50,15 @@ class Scaling:
     optima: dict[str, Motion]
 
     def weights(self, alpha: ArrayLike, names: Sequence[str]) -> Array:
-        """Weights of all seven costs (7,) of alpha (n,) of some: S_i alpha_i."""
+        """Weights of all seven costs (7,) of alpha (n,) of some: S_i alpha_i.
+
+        Raises:
+            ConfigError: on names that are no costs.
+            DataError: alpha is not on the simplex.
+        """
         found = np.zeros(len(COSTS))
         chosen = indices_of(names)
-        found[chosen] = self.factors[chosen] * np.asarray(alpha, dtype=float)
+        found[chosen] = self.factors[chosen] * check_simplex(alpha, names)
         return found
 
 

@@ -36,6 +36,8 @@ MARGIN_S = 0.15
 """So much before and after a reach helps to know velocities at its ends."""
 MAX_GAP_S = 0.1
 """The longest gap in a recording that is bridged."""
+_ALIKE_M = 0.2
+"""Repetitions begin and end within this distance from the mean of all."""
 _DEGREE = 5
 
 
@@ -141,7 +143,7 @@ def observe(
         begin, finish = _fast_part(spline, arm, onset_s, end_s)
     count = max(round((finish - begin) * rate) + 1, 10)
     at = np.linspace(begin, finish, count)
-    smooth = spline(at)
+    smooth = np.clip(spline(at), limits.lower, limits.upper)
     velocity = spline.derivative()
     problem = ReachProblem.moving(
         smooth[0], smooth[-1], finish - begin, velocity(begin), velocity(finish)
@@ -159,6 +161,8 @@ def observe(
 
 def _misfit(points: Array, angles: Array, arm: ArmModel) -> float:
     """Root mean square distance of elbow and wrist from where the model has them [m]."""
+    if not len(points):
+        return 0.0
     elbow, wrist = elbow_and_wrist(angles, arm)
     apart = np.concatenate(
         [elbow + points[:, 0] - points[:, 1], wrist + points[:, 0] - points[:, 2]]
@@ -192,10 +196,18 @@ def mean_of(reaches: Sequence[ObservedReach], arm: ArmModel, name: str = "") -> 
     """The mean of repetitions of a reach, by phase: joint angles, velocities at both ends, durations.
 
     Raises:
-        DataError: there are none, or some begin at rest and some do not.
+        DataError: there are none, some begin at rest and some do not, or their ends are far apart.
     """
     if not reaches:
         raise DataError("no repetitions to take the mean of", expected="one or more")
+    for index, where in ((0, "begin"), (-1, "end")):
+        ends = np.array([each.hand[index] for each in reaches])
+        apart = float(np.linalg.norm(ends - ends.mean(axis=0), axis=1).max())
+        if apart > _ALIKE_M:
+            raise DataError(
+                f"{name or 'repetitions'}: one {where}s {100.0 * apart:.0f} cm from the mean of all",
+                expected=f"repetitions of one reach, within {100.0 * _ALIKE_M:.0f} cm",
+            )
     count = max(len(each.phases) for each in reaches)
     phases = np.linspace(0.0, 1.0, count)
     angles = np.mean([_at(each, phases) for each in reaches], axis=0)

@@ -33,18 +33,19 @@ def _lab_heading(tracks: Sequence[ArmTrack]) -> tuple[float, FloatArray]:
     return _QUARTER * round(math.atan2(direction[1], direction[0]) / _QUARTER), seen
 
 
-def facing_deg(track: ArmTrack, placement: Placement) -> float:
+def facing_deg(tracks: ArmTrack | Sequence[ArmTrack], placement: Placement) -> float:
     """Where a placed person faces in the world [deg], from x towards y, in (-180, 180].
 
     Args:
-        track: A recording in the axes of its laboratory.
+        tracks: A recording in the axes of its laboratory, or several of one person and one seat.
         placement: Where it is put; its yaw is added to the heading in the laboratory, which is found
             as :func:`suggest_placement` finds it.
 
     Raises:
         DataError: when shoulder and hand tip are never seen together.
     """
-    turned = math.degrees(math.remainder(_lab_heading([track])[0] + placement.yaw, 2.0 * math.pi))
+    group = [tracks] if isinstance(tracks, ArmTrack) else list(tracks)
+    turned = math.degrees(math.remainder(_lab_heading(group)[0] + placement.yaw, 2.0 * math.pi))
     return 180.0 if round(turned, 2) == -180.0 else round(turned, 2) + 0.0
 
 

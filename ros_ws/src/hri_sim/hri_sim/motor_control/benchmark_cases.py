@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hri_prediction.errors import HriError
 from hri_prediction.motor_control import design
 from hri_prediction.motor_control.arm_model import ArmModel
 from hri_prediction.motor_control.batch import Job, Outcome, explain_all
@@ -22,7 +23,7 @@ from hri_prediction.motor_control.ocp import NotConverged, ReachSolver
 from hri_prediction.motor_control.problem import ReachProblem
 from hri_prediction.motor_control.scaling import scaling_of
 from hri_prediction.motor_control.search import search
-from hri_sim.motor_control.people import draw_people, measured_arm, record, see
+from hri_sim.motor_control.people import Recorded, draw_people, measured_arm, record, see
 
 Array = NDArray[np.float64]
 Tick = Callable[[int, int], None]
@@ -82,9 +83,9 @@ def ocp_case(extent: Extent, rng: np.random.Generator, tick: Tick) -> dict[str, 
     seconds, gaps, ratios, theirs, spreads = [], [], [], [], []
     converged = 0
     for number, (task, alpha) in enumerate(jobs):
-        weights = scaling_of(solver, task).weights(alpha, CHAPTER_3)
-        begun = time.perf_counter()
         try:
+            weights = scaling_of(solver, task).weights(alpha, CHAPTER_3)
+            begun = time.perf_counter()
             motion = solver.solve(task, weights)
         except NotConverged:
             tick(number + 1, len(jobs))
@@ -102,12 +103,15 @@ def ocp_case(extent: Extent, rng: np.random.Generator, tick: Tick) -> dict[str, 
         if number % extent.mixes == 0:
             spreads += _other_starts(solver, task, weights, extent.starts, rng)
         tick(number + 1, len(jobs))
+    if not gaps:
+        raise HriError("no reach was solved both ways", expected="one at least, to compare them")
     return {
         "n": len(jobs),
         "converged": converged,
         "median_ms": 1e3 * float(np.median(seconds)),
         "p95_ms": 1e3 * float(np.percentile(seconds, 95.0)),
-        "multiple_shooting_n": len(theirs),
+        "multiple_shooting_n": len(beside),
+        "multiple_shooting_converged": len(theirs),
         "multiple_shooting_median_ms": 1e3 * float(np.median(theirs)),
         "speedup_vs_multiple_shooting": float(np.median(ratios)),
         "max_hand_gap_cm": 100.0 * max(gaps),
@@ -159,6 +163,7 @@ def inverse_case(extent: Extent, rng: np.random.Generator, tick: Tick) -> dict[s
         "solves_median": float(np.median(solves)),
         "solves_max": max(solves),
         "seconds_median": float(np.median(seconds)),
+        "seconds_max": max(seconds),
         "dtw_not_worse_share": float(np.mean(not_worse)),
         "search_solves_median": float(np.median(search_solves)),
     }
@@ -174,19 +179,25 @@ def people_case(
     people = draw_people(extent.people, rng)
     say("recording people")
     jobs: list[Job] = []
-    truth: list[Array] = []
+    recorded: list[Recorded] = []
     for number, person in enumerate(people):
         recordings = [record(person, start, target, rng) for start, target in pairs]
         arm = measured_arm(person, recordings)
         for each in recordings:
             jobs.append(Job(len(jobs), see(each, arm), arm))
-            truth.append(each.alpha)
+            recorded.append(each)
         tick(number + 1, len(people))
     say("explaining their reaches, on one core")
     begun = time.perf_counter()
     outcomes = explain_all(jobs, workers=1, progress=tick)
     seconds = time.perf_counter() - begun
     first = slice(0, len(pairs))
+    # Weights mean nothing without scale factors, and those of the reach as it was seen (cut, averaged) are
+    # others than those of the reach as it was made.
+    truth = [
+        one.alpha_with(np.array(o.factors)) if o.factors else one.alpha
+        for one, o in zip(recorded, outcomes, strict=True)
+    ]
     say("fitting a law")
     solvers = {jobs[0].arm: ReachSolver(jobs[0].arm)}
     seen = [job.observed for job in jobs[first]]
@@ -214,14 +225,18 @@ def _composite(outcomes: Sequence[Outcome], truth: Sequence[Array]) -> dict[str,
     """How near the mix of all costs is to what was seen, beside each cost alone."""
     done = [(each, alpha) for each, alpha in zip(outcomes, truth, strict=True) if not each.error]
     mixed = np.array([each.distance_cm for each, _ in done])
-    single = np.array([each.single_cm for each, _ in done])
+    single = np.array([each.single_cm for each, _ in done], dtype=float)
+    single[np.isnan(single)] = np.inf  # a cost alone that has no optimum is no better
     best = single.mean(axis=0).min()
     errors = [float(np.abs(np.array(each.alpha) - alpha).max()) for each, alpha in done]
     return {
         "n": len(outcomes),
         "not_worse": int((mixed <= single.min(axis=1) + 1e-12).sum()),
         "mean_dtw_cm": float(mixed.mean()),
-        "single_mean_cm": dict(zip(CHAPTER_2, single.mean(axis=0).tolist(), strict=True)),
+        "single_mean_cm": {
+            name: float(value) if np.isfinite(value) else None
+            for name, value in zip(CHAPTER_2, single.mean(axis=0), strict=True)
+        },
         "ratio_best_single": float(mixed.mean() / best),
         "alpha_error_median": float(np.median(errors)),
     }

@@ -15,7 +15,7 @@ from hri_prediction.motor_control.arm_model import (
     UPPER_MASS,
     ArmModel,
 )
-from hri_prediction.motor_control.costs import CHAPTER_2
+from hri_prediction.motor_control.costs import CHAPTER_2, indices_of
 from hri_prediction.motor_control.kinematics import elbow_and_wrist
 from hri_prediction.motor_control.law import FEATURES, WeightLaw
 from hri_prediction.motor_control.observed import ObservedReach
@@ -73,6 +73,7 @@ class Recorded:
         start: Index of the start posture.
         target: Index of the target.
         alpha: True weights (n,).
+        factors: Scale factors S of these costs with which they are true, mean of the repetitions (n,).
         tracks: What motion capture saw of each repetition.
         ends: When each began and ended, (repetitions, 2) [s].
     """
@@ -80,8 +81,14 @@ class Recorded:
     start: int
     target: int
     alpha: Array
+    factors: Array
     tracks: tuple[ArmTrack, ...]
     ends: Array
+
+    def alpha_with(self, factors: Array) -> Array:
+        """The same weights with other scale factors (n,): S alpha is what says which motion is best."""
+        found = self.alpha * self.factors / np.asarray(factors)
+        return found / found.sum()
 
 
 def draw_people(
@@ -132,13 +139,15 @@ def record(
     ]
     alpha = person.law.alpha(*usual)
     solver = ReachSolver(person.arm)
-    tracks, ends = [], []
+    chosen = indices_of(person.law.names)
+    tracks, ends, factors = [], [], []
     for trial in range(repetitions):
         q_start, q_end = (_within(q + rng.normal(0.0, _TRIAL_POSTURE_SD_RAD, 3)) for q in usual)
         pace = person.pace * np.exp(rng.normal(0.0, _TRIAL_PACE_SD))
         problem = ReachProblem.at_rest(q_start, q_end, float(design.DURATIONS_S[target] * pace))
-        weights = scaling_of(solver, problem).weights(alpha, person.law.names)
-        motion = solver.solve(problem, weights)
+        scaling = scaling_of(solver, problem)
+        factors.append(scaling.factors[chosen])
+        motion = solver.solve(problem, scaling.weights(alpha, person.law.names))
         time_s = np.arange(round((problem.duration + 2.0 * REST_S) * RATE_HZ)) / RATE_HZ
         angles = motion.angles(np.clip((time_s - REST_S) / problem.duration, 0.0, 1.0))
         points = _keypoints(angles, person.arm)
@@ -149,7 +158,7 @@ def record(
             )
         )
         ends.append((REST_S, REST_S + problem.duration))
-    return Recorded(start, target, alpha, tuple(tracks), np.array(ends))
+    return Recorded(start, target, alpha, np.mean(factors, axis=0), tuple(tracks), np.array(ends))
 
 
 def see(recorded: Recorded, arm: ArmModel) -> ObservedReach:

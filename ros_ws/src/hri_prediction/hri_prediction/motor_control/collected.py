@@ -1,0 +1,147 @@
+"""Recorded reaches of several people, brought to the models of their arms."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from hri_prediction.errors import ConfigError, DataError
+from hri_prediction.evaluation.recordings import Recording
+from hri_prediction.motor_control.arm_model import ArmModel
+from hri_prediction.motor_control.observed import ObservedReach
+from hri_prediction.motor_control.seen import arm_of, mean_of, observe
+from hri_prediction.tracks.placement import Placement
+from hri_prediction.tracks.seating import facing_deg
+from hri_prediction.tracks.track import ArmTrack
+
+AUTO = "auto"
+
+
+@dataclass(frozen=True, eq=False)
+class CollectedReach:
+    """A reach to explain.
+
+    Attributes:
+        observed: What was seen.
+        arm: Whose arm it was.
+        facing_deg: Where the person was taken to face in the axes of the recording.
+    """
+
+    observed: ObservedReach
+    arm: ArmModel
+    facing_deg: float
+
+
+@dataclass(frozen=True)
+class People:
+    """What is known of people and wanted of their reaches.
+
+    Attributes:
+        facing: Where they face in the axes of the recording [deg] from x towards y, or ``auto``: the
+            quarter turn nearest to where a person's arms point in the mean of all that was recorded.
+        height_m: Of all.
+        mass_kg: Of all.
+        convention: Of the joint angles.
+        average: Whether to take the mean of the repetitions of a person, side and task.
+    """
+
+    facing: str
+    height_m: float
+    mass_kg: float
+    convention: str
+    average: bool
+
+
+def collect(
+    recordings: Sequence[Recording], people: People
+) -> tuple[list[CollectedReach], list[str]]:
+    """Bring recorded reaches to the arm models of the people who made them.
+
+    Returns:
+        The reaches, and a line for each that cannot be used.
+
+    Raises:
+        ConfigError: ``facing`` is no angle.
+        DataError: means are asked for of tracks that have no subject or no task.
+    """
+    by_person: dict[str, list[ArmTrack]] = defaultdict(list)
+    for recording in recordings:
+        track = recording.track
+        if people.average and not (track.subject and track.task):
+            raise DataError(
+                f"{track.source or 'a track'} has no subject or no task",
+                expected="both, to know which reaches are repetitions of each other",
+                hint="leave out --average",
+            )
+        by_person[_person(track)].append(track)
+    groups: dict[tuple[str, str, str, int], list[ObservedReach]] = defaultdict(list)
+    of_group: dict[tuple[str, str, str, int], tuple[ArmModel, float]] = {}
+    skipped = []
+    arms: dict[tuple[str, str], ArmModel] = {}
+    for recording in recordings:
+        track = recording.track
+        person = _person(track)
+        for number, reach in enumerate(recording.reaches):
+            parts = (track.subject, track.side, track.task, f"{track.trial}.{number}")
+            name = " ".join(part for part in parts if part)
+            try:
+                facing = _facing(by_person[person], people.facing)
+                if (person, track.side) not in arms:
+                    own = [each for each in by_person[person] if each.side == track.side]
+                    arms[person, track.side] = arm_of(
+                        own,
+                        height_m=people.height_m,
+                        mass_kg=people.mass_kg,
+                        convention=people.convention,
+                    )
+                arm = arms[person, track.side]
+                seen = observe(
+                    track,
+                    reach.onset_s,
+                    reach.end_s,
+                    arm,
+                    facing_rad=math.radians(facing),
+                    name=name,
+                )
+            except DataError as error:
+                skipped.append(f"{name}: {error}")
+                continue
+            # The second reach of a recording is a repetition of the second of another.
+            key = (person, track.side, track.task, number)
+            groups[key].append(seen)
+            of_group[key] = arm, facing
+    found = []
+    for key, reaches in groups.items():
+        arm, facing = of_group[key]
+        if not people.average:
+            found += [CollectedReach(reach, arm, facing) for reach in reaches]
+            continue
+        person, side, task, number = key
+        name = " ".join(
+            part for part in (person, side, task, str(number) if number else "") if part
+        )
+        try:
+            found.append(CollectedReach(mean_of(reaches, arm, name), arm, facing))
+        except DataError as error:
+            skipped.append(str(error))
+    return found, skipped
+
+
+def _person(track: ArmTrack) -> str:
+    """Who it is; of a track without a name, nobody else."""
+    return track.subject or track.source
+
+
+def _facing(tracks: Sequence[ArmTrack], given: str) -> float:
+    """Where a person faces in the axes of the recordings [deg]."""
+    if given == AUTO:
+        return facing_deg(tracks, Placement())
+    try:
+        angle = float(given)
+    except ValueError:
+        angle = math.nan
+    if not math.isfinite(angle):
+        raise ConfigError(f"--facing {given}", expected="auto, or degrees from x towards y")
+    return angle
