@@ -1,4 +1,4 @@
-"""The reaches that the thesis had made: start postures, targets, durations (tables 2.2, 2.4 and 3.2)."""
+"""The reaches that the thesis had made: start postures, targets, durations (tables 2.2 and 2.4)."""
 
 from __future__ import annotations
 
@@ -32,16 +32,6 @@ TARGETS_DEG = _frozen(
 """End postures at targets T1 to T9, (9, 3) (table 2.2)."""
 DURATIONS_S = _frozen(((1.73, 1.63, 1.70, 1.57, 1.49, 1.57, 1.52, 1.44, 1.47),))[0]
 """Mean durations of reaches to T1 to T9 from P1 (9,) (table 2.4)."""
-DURATION_SD_S = 0.3
-"""About their standard deviation between people (table 2.4)."""
-STARTS_12_DEG = _frozen(
-    (
-        (11.0, 6.6, 12.7), (11.2, 8.8, 33.4), (11.9, 31.9, 13.2), (13.0, 34.5, 37.9),
-        (-22.3, 12.5, 14.1), (-23.5, 15.8, 37.9), (-22.9, 37.3, 16.1), (-23.6, 41.1, 35.8),
-        (42.2, 7.0, 12.3), (40.2, 7.1, 35.4), (35.4, 36.1, 10.1), (35.1, 36.9, 43.4),
-    )
-)  # fmt: skip
-"""Start postures P1 to P12 of chapter 3, (12, 3) (table 3.2): those of chapter 2, and three more."""
 
 
 def tasks(starts_deg: Array = STARTS_DEG) -> list[tuple[int, int, Array, Array, float]]:
