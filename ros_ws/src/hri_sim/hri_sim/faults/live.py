@@ -30,7 +30,7 @@ from hri_prediction.ros.conversions import WORLD
 from hri_prediction.ros.messages import ControllerState, Cue, ReachTarget, SimState
 from hri_prediction.ros.qos import SENSOR, reliable
 from hri_prediction.ros.time import NANO, to_ns, to_time
-from hri_sim.faults.motion import REST
+from hri_sim.faults.own_motion import REST, OwnMotion, own_motion
 from hri_sim.launch.deaths import RESTART, Deaths
 from hri_sim.launch.health import GraphHealth
 from hri_sim.launch.parameters import complete_parameters, read_parameters
@@ -78,6 +78,8 @@ class LiveGraph(Closing):
         self._cues = self._node.create_publisher(Cue, "sim/cue", reliable(10))
         action = f"{self.mover}/reach_target"
         self._client = ActionClient(self._node, ReachTarget, action)
+        self._moving = False
+        self.speeds: list[tuple[float, float]] = []
         self.forget()
         listen = self._node.create_subscription
         listen(JointState, "joint_states", self._on_joints, SENSOR)
@@ -107,11 +109,14 @@ class LiveGraph(Closing):
 
     # ------------------------------------------------------------------ listening
     def forget(self) -> None:
-        """Drop what has been heard: a fault is about to begin."""
-        self.speeds: list[tuple[float, float]] = []
+        """Drop what has been heard: a fault is about to begin. Whether the robot moves is remembered."""
+        if self.speeds:
+            self._moving = self.own_motion().moves
+        self.speeds = []
+        self._asked: list[tuple[float, float]] = []
+        self._touches: list[tuple[float, float]] = []
         self.reasons: list[tuple[float, str]] = []
         self.steps: list[tuple[float, np.ndarray]] = []
-        self.touched = 0
 
     def _tell(self, text: str) -> None:
         self.told.append((time.time(), text))
@@ -127,11 +132,14 @@ class LiveGraph(Closing):
     def _on_reference(self, message: ControllerState) -> None:
         stamp_s = to_ns(message.header.stamp) / NANO
         self.steps.append((stamp_s, np.array(message.reference_position)))
+        self._asked.append(
+            (stamp_s, max((abs(v) for v in message.reference_velocity), default=0.0))
+        )
         if message.reason and message.state == ControllerState.STOPPING:
             self.reasons.append((time.time(), f"controller: {message.reason}"))
 
     def _on_state(self, message: SimState) -> None:
-        self.touched += bool(message.contacts_human)
+        self._touches.append((to_ns(message.header.stamp) / NANO, float(message.contacts_human)))
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         self._health.take(message.status, time.monotonic(), begun=True)
@@ -237,14 +245,16 @@ class LiveGraph(Closing):
         """Fastest joint at present [rad/s]."""
         return self.speeds[-1][1] if self.speeds else 0.0
 
+    def own_motion(self) -> OwnMotion:
+        """How the robot has moved of its own since :meth:`forget`."""
+        return own_motion(self.speeds, self._asked, self._touches, moving=self._moving)
+
     def rest_ms(self, since_s: float) -> float | None:
-        """From a time to the last joint state that moves [ms]; none when it still does."""
-        found = [(stamp, speed) for stamp, speed in self.speeds if stamp > since_s]
-        moving = [index for index, (_, speed) in enumerate(found) if speed >= REST]
-        if not moving:
-            return 0.0
-        last = moving[-1]
-        return None if last == len(found) - 1 else (found[last + 1][0] - since_s) * 1e3
+        """From a time to rest [ms]: 0 when the robot was at rest; none when it still moves."""
+        found = self.own_motion()
+        if found.moves:
+            return None
+        return 0.0 if found.rest_s is None else max(found.rest_s - since_s, 0.0) * 1e3
 
     def largest_step(self) -> float:
         """Largest step of the reference between two states 4 ms apart since :meth:`forget` [rad]."""

@@ -24,6 +24,7 @@ from hri_prediction.ros.messages import HumanPrediction
 from hri_prediction.ros.qos import reliable
 from hri_prediction.ros.time import to_ns
 from hri_sim.benchmark.workers import do_all
+from hri_sim.faults.own_motion import REST, OwnMotion, own_motion
 from hri_sim.launch.reports import OUTCOMES
 from hri_sim.launch.scene import scenario_library
 from hri_sim.reliability.fault import Figure, Measure, Place, Trial
@@ -35,8 +36,6 @@ from hri_sim.testing.spoiling import ARM, RAW
 
 SCENES = (100, 101, 102)
 """Seeds of the scenes: robot and person cross, twice."""
-REST = 0.02
-"""Joint speed below which the robot is at rest [rad/s]."""
 ARM_RADII = np.array([0.05, 0.04, 0.05])
 """Upper arm, forearm, hand [m]."""
 ARM_REACH_M = 0.29 + 0.26 + 0.09
@@ -48,12 +47,13 @@ STATE_S = 0.004
 AT_REST = Figure("rest_ms", "robot at rest after", "ms", 200.0)
 NAMED = Figure("named_ms", "named after", "ms", 1000.0)
 STEP = Figure("step_rad", "largest step of the reference in 4 ms", "rad", 0.02, digits=4)
-TOUCHED = Figure("touched", "states in which a person is touched", limit=0.0)
+TOUCHED = Figure("touched", "states in which a moving robot touches a person", limit=0.0)
+LEANT_ON = Figure("leant_on", "states in which a person touches a resting robot")
 NOT_FINITE = Figure("not_finite", "NaN or infinity in what nodes say", limit=0.0)
 WILD = Figure("wild", "predictions beyond an arm's reach", limit=0.0)
 REACHED = Figure("reached", "the goal is reached in the end", limit=1.0, least=True)
 AGAIN = Figure("again", "the next goal is reached", limit=1.0, least=True)
-SAFE = (STEP, TOUCHED, NOT_FINITE)
+SAFE = (STEP, TOUCHED, LEANT_ON, NOT_FINITE)
 """What is wanted of every fault."""
 
 
@@ -176,12 +176,27 @@ class Motion(Closing):
         return self.graph.messages(topic)[self._seen.get(topic, 0) :]
 
     def rest_ms(self) -> float | None:
-        """From the fault to the last joint state that still moves [ms]; none when it moves yet."""
-        moving = np.array([np.abs(m.velocity).max() >= REST for m in self.since("/joint_states")])
-        if not moving.any():
+        """From the fault to rest [ms]: 0 when the robot was at rest; none when it moves yet."""
+        found = self._own_motion()
+        if found.moves:
+            return None
+        begin_s = self._seen["/joint_states"] * STATE_S
+        if found.rest_s is None or found.rest_s < begin_s:
             return 0.0
-        last = int(np.flatnonzero(moving)[-1])
-        return None if last == len(moving) - 1 else (last + 2) * STATE_S * 1e3
+        return (found.rest_s - begin_s + STATE_S) * 1e3
+
+    def _own_motion(self) -> OwnMotion:
+        """How the robot has moved since the graph began; times are counted in states, as clocks may jump."""
+
+        def timed(topic: str, value: Callable[[Any], float]) -> list[tuple[float, float]]:
+            return [(n * STATE_S, value(m)) for n, m in enumerate(self.graph.messages(topic))]
+
+        return own_motion(
+            timed("/joint_states", lambda m: float(np.abs(m.velocity).max())),
+            timed(REFERENCE, lambda m: float(np.abs(m.reference_velocity).max())),
+            timed("/sim/state", lambda m: float(m.contacts_human)),
+            moving=False,
+        )
 
     def named(self, *words: str) -> tuple[float | None, str]:
         """When one of these words was first said [ms], and what: in a reason, or on /diagnostics."""
@@ -222,9 +237,11 @@ class Motion(Closing):
         besides = {f"/{ARM}", f"/{RAW}"}
         told = self.since(REFERENCE) if afterwards else self.graph.messages(REFERENCE)
         references = np.array([m.reference_position for m in told])
+        found = self._own_motion()
         return {
             "step_rad": float(np.abs(np.diff(references, axis=0)).max()),
-            "touched": float(sum(m.contacts_human for m in self.graph.messages("/sim/state"))),
+            "touched": float(found.touched_moving),
+            "leant_on": float(found.touched_at_rest),
             "not_finite": float(
                 sum(
                     not math.isfinite(value)

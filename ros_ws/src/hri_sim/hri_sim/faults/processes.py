@@ -16,7 +16,8 @@ from hri_prediction.bags import BagReader, salvage
 from hri_prediction.errors import GraphError
 from hri_prediction.ros.time import NANO, to_ns
 from hri_sim.faults.live import READY_S, LiveGraph, reaching_graph
-from hri_sim.faults.motion import AT_REST, NAMED, SCENES, STEP, scene
+from hri_sim.faults.motion import AT_REST, LEANT_ON, NAMED, SCENES, STEP, TOUCHED, scene
+from hri_sim.faults.own_motion import OwnMotion
 from hri_sim.faults.sources import MOCAP_LIVE, SOURCES, SourceGraph
 from hri_sim.faults.trials import TrialsGraph
 from hri_sim.launch.health import SILENT
@@ -40,7 +41,6 @@ SILENT_HELD_S = 5.0
 LOST = Figure("lost_s", "recording lost", "s", 1.0, digits=2)
 SALVAGED = Figure("salvaged", "messages salvaged", limit=1.0, least=True)
 READY = Figure("ready_s", "all nodes well again after", "s", READY_S, digits=1)
-TOUCHED = Figure("touched", "states in which a person is touched", limit=0.0)
 GOES_ON = Figure("goes_on_s", "a further trial done after", "s", READY_S, digits=1)
 LOST_TRIALS = Figure("lost_trials", "trials lost", limit=0.0)
 UNHEARD = Figure("named_ms", "named after", "ms", 5000.0)
@@ -131,7 +131,7 @@ def kill(graph: LiveGraph, victim: str, seed: int, place: Place) -> Trial:
     figures: dict[str, float | None] = {
         "named_ms": named_ms,
         "step_rad": graph.largest_step(),
-        **_touched(victim, graph.touched),
+        **_touched(victim, graph.own_motion()),
     }
     if victim not in SILENT:
         figures["reason_ms"] = reason_ms
@@ -144,9 +144,14 @@ def kill(graph: LiveGraph, victim: str, seed: int, place: Place) -> Trial:
     return Trial(seed, figures, said)
 
 
-def _touched(victim: str, states: int) -> dict[str, float | None]:
+def _touched(victim: str, *motions: OwnMotion) -> dict[str, float | None]:
     """How often a person was touched, where that can be told."""
-    return {} if victim in UNKNOWN_ARMS else {"touched": float(states)}
+    if victim in UNKNOWN_ARMS:
+        return {}
+    return {
+        "touched": float(sum(motion.touched_moving for motion in motions)),
+        "leant_on": float(sum(motion.touched_at_rest for motion in motions)),
+    }
 
 
 def _trials(graph: LiveGraph) -> list[str]:
@@ -189,13 +194,13 @@ def freeze(graph: LiveGraph, victim: str, seed: int, place: Place) -> Trial:
     figures: dict[str, float | None] = {"named_ms": named_ms}
     if victim not in HANDS_OFF:
         figures["rest_ms"] = graph.rest_ms(since_s)
-    touched, step = graph.touched, graph.largest_step()
+    frozen, step = graph.own_motion(), graph.largest_step()
     thawed_s = graph.send(victim, signal.SIGCONT)
     graph.spin(1.5)
     figures |= {
         "ready_s": graph.ready_after(thawed_s),
         "step_rad": max(step, graph.largest_step()),
-        **_touched(victim, touched + graph.touched),
+        **_touched(victim, frozen, graph.own_motion()),
     }
     figures |= _of_trials(graph, thawed_s, trials)
     return Trial(seed, figures, said)
@@ -204,7 +209,7 @@ def freeze(graph: LiveGraph, victim: str, seed: int, place: Place) -> Trial:
 def _wanted_of(victim: str) -> tuple[Figure, ...]:
     """What is wanted whatever is done to a node."""
     trials = (GOES_ON, LOST_TRIALS) if victim in IN_TRIALS else ()
-    touched = () if victim in UNKNOWN_ARMS else (TOUCHED,)
+    touched = () if victim in UNKNOWN_ARMS else (TOUCHED, LEANT_ON)
     return (*trials, STEP, *touched)
 
 

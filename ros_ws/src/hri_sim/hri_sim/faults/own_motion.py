@@ -1,0 +1,75 @@
+"""Whether a robot moves of its own, or is moved by somebody who leans on it, and whom it touches while it does.
+
+A robot at rest is no hazard, yet a person who does not see it may reach into it and push it: its joints
+turn then although its controller holds still. So a robot comes to rest when neither its joints nor its
+reference moves, and it stays at rest until the reference moves, or a joint does while nobody touches it.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+REST = 0.02
+"""Joint speed below which the robot is at rest [rad/s]."""
+NEAR = 2
+"""A touch belongs to joint states as many states before and after it: forces and speeds are not told at once."""
+
+Timed = Sequence[tuple[float, float]]
+"""Times [s], ascending, and values."""
+
+
+@dataclass(frozen=True)
+class OwnMotion:
+    """How a robot moved in some time.
+
+    Attributes:
+        moves: Whether it moved of its own at the end.
+        rest_s: Since when it has been at rest [s]; none: it moves, or has been at rest all the time.
+        touched_moving: States in which somebody was touched while it moved of its own.
+        touched_at_rest: States in which somebody was touched while it rested.
+    """
+
+    moves: bool
+    rest_s: float | None
+    touched_moving: int
+    touched_at_rest: int
+
+
+def own_motion(joints: Timed, references: Timed, touches: Timed, *, moving: bool) -> OwnMotion:
+    """How a robot moved.
+
+    Args:
+        joints: Speed of its fastest joint [rad/s].
+        references: Speed of the fastest joint of its reference [rad/s]; where there is none, joints alone tell.
+        touches: How many contacts with people there were.
+        moving: Whether it moved of its own before.
+    """
+    reference_times = [time_s for time_s, _ in references]
+    touch_times = [time_s for time_s, count in touches if count]
+    state_times = [time_s for time_s, _ in touches]
+    moves, rest_s, leant_on = moving, None, False
+    times: list[float] = []
+    moved: list[bool] = []
+    for time_s, speed in joints:
+        newest = bisect_right(reference_times, time_s) - 1
+        asked = references[newest][1] if newest >= 0 else 0.0
+        near = bisect_left(state_times, time_s)
+        about = state_times[max(near - NEAR, 0) : near + NEAR + 1]
+        if about:
+            first = bisect_left(touch_times, about[0])
+            leant_on |= first < len(touch_times) and touch_times[first] <= about[-1]
+        if moves and speed < REST and asked < REST:
+            moves, rest_s, leant_on = False, time_s, False
+        elif not moves and (asked >= REST or (speed >= REST and not leant_on)):
+            moves, rest_s = True, None
+        times.append(time_s)
+        moved.append(moves)
+
+    def moved_at(time_s: float) -> bool:
+        index = bisect_right(times, time_s) - 1
+        return moved[index] if index >= 0 else moving
+
+    touched = [moved_at(time_s) for time_s in touch_times]
+    return OwnMotion(moves, rest_s, sum(touched), len(touched) - sum(touched))

@@ -1,0 +1,92 @@
+"""A robot that moves, and one that is pushed."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hri_sim.faults.own_motion import REST, OwnMotion, own_motion
+
+STEP_S = 0.004
+
+
+def judged(
+    joints: list[float], asked: list[float], touches: list[int], *, moving: bool = True
+) -> OwnMotion:
+    def timed(values: list[float] | list[int]) -> list[tuple[float, float]]:
+        return [(n * STEP_S, float(value)) for n, value in enumerate(values)]
+
+    return own_motion(timed(joints), timed(asked), timed(touches), moving=moving)
+
+
+STOP = [1.0] * 10 + [0.0] * 40
+
+
+def test_a_robot_that_stops() -> None:
+    found = judged(STOP, STOP, [0] * 50)
+    assert not found.moves
+    assert found.rest_s == 10 * STEP_S
+    assert found.touched_moving == found.touched_at_rest == 0
+
+
+def test_joints_that_swing_after_the_reference_has_stopped_still_move() -> None:
+    found = judged([1.0] * 20 + [0.0] * 30, STOP, [0] * 50)
+    assert found.rest_s == 20 * STEP_S
+
+
+def test_a_person_who_leans_on_a_robot_at_rest_does_not_end_its_rest() -> None:
+    joints, touches = STOP.copy(), [0] * 50
+    joints[29:40] = [0.05] * 11
+    touches[30:45] = [2] * 15
+    found = judged(joints, STOP, touches)
+    assert found.rest_s == 10 * STEP_S
+    assert (found.touched_moving, found.touched_at_rest) == (0, 15)
+
+
+def test_a_robot_that_nobody_touches_and_that_moves_again_was_not_at_rest() -> None:
+    joints = STOP.copy()
+    joints[30:35] = [0.05] * 5
+    assert judged(joints, STOP, [0] * 50).rest_s == 35 * STEP_S
+
+
+def test_a_robot_that_is_asked_to_move_moves_whoever_leans_on_it() -> None:
+    asked, touches = STOP.copy(), [0] * 50
+    asked[30:] = [0.05] * 20
+    touches[25:] = [1] * 25
+    found = judged(STOP, asked, touches)
+    assert found.moves
+    assert found.rest_s is None
+    assert (found.touched_moving, found.touched_at_rest) == (20, 5)
+
+
+def test_a_robot_that_touches_before_it_rests_has_touched_while_it_moved() -> None:
+    found = judged(STOP, STOP, [0] * 5 + [1] * 10 + [0] * 35)
+    assert (found.touched_moving, found.touched_at_rest) == (5, 5)
+
+
+def test_a_robot_at_rest_all_the_time() -> None:
+    found = judged([0.0] * 5, [0.0] * 5, [0] * 5, moving=False)
+    assert not found.moves
+    assert found.rest_s is None
+
+
+def test_nothing_heard_leaves_it_as_it_was() -> None:
+    for moving in (True, False):
+        found = own_motion([], [], [(0.0, 1.0)], moving=moving)
+        assert found.moves is moving
+        assert found.touched_moving == moving
+
+
+@given(st.lists(st.tuples(st.floats(0, 0.1), st.floats(0, 0.1), st.integers(0, 2)), max_size=40))
+def test_whatever_happens(moments: list[tuple[float, float, int]]) -> None:
+    joints, asked, touches = (
+        (list(column) for column in zip(*moments, strict=True)) if moments else ([],) * 3
+    )
+    found = judged(joints, asked, touches)
+    assert found.touched_moving + found.touched_at_rest == int(np.count_nonzero(touches))
+    assert found.moves == (found.rest_s is None)
+    if not any(touches) and joints:
+        # Without people it is what joints and reference say.
+        slow = max(joints[-1], asked[-1]) < REST
+        assert not slow or not found.moves
