@@ -186,7 +186,7 @@ class Motion(Closing):
         return (found.rest_s - begin_s + STATE_S) * 1e3
 
     def _own_motion(self) -> OwnMotion:
-        """How the robot has moved since the graph began; times are counted in states, as clocks may jump."""
+        """How the robot has moved since the graph began; states are counted, as clocks may jump."""
 
         def timed(topic: str, value: Callable[[Any], float]) -> list[tuple[float, float]]:
             return [(n * STATE_S, value(m)) for n, m in enumerate(self.graph.messages(topic))]

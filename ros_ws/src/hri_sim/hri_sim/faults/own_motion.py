@@ -1,4 +1,4 @@
-"""Whether a robot moves of its own, or is moved by somebody who leans on it, and whom it touches while it does.
+"""Whether a robot moves of its own, or is moved by somebody who leans on it, and whom it touches.
 
 A robot at rest is no hazard, yet a person who does not see it may reach into it and push it: its joints
 turn then although its controller holds still. So a robot comes to rest when neither its joints nor its
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 REST = 0.02
 """Joint speed below which the robot is at rest [rad/s]."""
 NEAR = 2
-"""A touch belongs to joint states as many states before and after it: forces and speeds are not told at once."""
+"""A touch belongs to so many joint states before and after it: not all is told at once."""
 
 Timed = Sequence[tuple[float, float]]
 """Times [s], ascending, and values."""
@@ -42,7 +42,7 @@ def own_motion(joints: Timed, references: Timed, touches: Timed, *, moving: bool
 
     Args:
         joints: Speed of its fastest joint [rad/s].
-        references: Speed of the fastest joint of its reference [rad/s]; where there is none, joints alone tell.
+        references: The same of its reference [rad/s]; where there is none, joints alone tell.
         touches: How many contacts with people there were.
         moving: Whether it moved of its own before.
     """

@@ -21,9 +21,9 @@ KINDS = {
 def lines(results: Sequence[Result]) -> list[str]:
     """The tables."""
     text = [
-        "A repetition is met when each of its figures is. *At rest*: no joint, and no joint of what "
-        "is asked of the robot, is faster than 0.02 rad/s; a person who reaches into a robot at rest and pushes it "
-        "does not end its rest, and such touches are counted apart from those by a robot that moves of its own. "
+        "A repetition is met when each of its figures is. *At rest*: no joint is faster than 0.02 rad/s, "
+        "nor is it asked to be; a person who reaches into a robot at rest and pushes it does not end "
+        "its rest, and such touches are counted apart from those by a robot that moves of its own. "
         "*Named*: said on /diagnostics, as a reason in a status, or by the launcher. How:",
         "",
         *(f"- {words}." for words in KINDS.values()),
