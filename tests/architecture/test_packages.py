@@ -39,11 +39,13 @@ ROSDEP_KEYS = {
     "mujoco": "python3-mujoco-pip",
     "numba": "python3-numba",
     "numpy": "python3-numpy",
+    "pandas": "python3-pandas",
     "psutil": "python3-psutil",
     "pydantic": "python3-pydantic",
     "rich": "python3-rich",
     "scipy": "python3-scipy",
     "sklearn": "python3-sklearn",
+    "statsmodels": "python3-statsmodels",
     "typer": "python3-typer",
     "yaml": "python3-yaml",
 }

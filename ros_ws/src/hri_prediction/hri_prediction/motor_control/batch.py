@@ -25,6 +25,7 @@ from hri_prediction.motor_control.ioc import explain
 from hri_prediction.motor_control.observed import ObservedReach
 from hri_prediction.motor_control.ocp import Motion, ReachSolver
 from hri_prediction.motor_control.scaling import MAXIMUM
+from hri_prediction.motor_control.seen import KNOT_S
 from hri_prediction.motor_control.uncertainty import certainty
 from hri_prediction.results.dependencies import dependency_hash
 from hri_prediction.results.workers import computed_with, do_all, versions
@@ -114,6 +115,12 @@ def _computed_with() -> dict[str, str]:
     """What workers of a cluster must have in common, the C compiler included."""
     compiled = " ".join(library_path(convention).name for convention in CONVENTIONS)
     return {**computed_with(WORK, _PACKAGES), "compiled models": compiled}
+
+
+def correlated(reach: ObservedReach) -> float:
+    """How many samples in a row of a reach share an error: splines pass what is slower than their knots."""
+    step_s = reach.problem.duration / (len(reach.phases) - 1)
+    return max(KNOT_S / step_s, 1.0)
 
 
 @functools.lru_cache(maxsize=64)

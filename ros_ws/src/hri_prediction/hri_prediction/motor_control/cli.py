@@ -17,7 +17,7 @@ from rich.table import Table
 from hri_prediction.errors import ConfigError, DataError, HriError
 from hri_prediction.evaluation.recordings import Recording, load_recordings
 from hri_prediction.motor_control.arm_model import BODY_HEIGHT_M, BODY_MASS_KG
-from hri_prediction.motor_control.batch import Job, Kept, Outcome, explain_all
+from hri_prediction.motor_control.batch import Job, Kept, Outcome, correlated, explain_all
 from hri_prediction.motor_control.collected import AUTO, CollectedReach, People, collect
 from hri_prediction.motor_control.compiled_graph import is_prepared
 from hri_prediction.motor_control.convention import CONVENTIONS, YAW_PITCH
@@ -29,10 +29,8 @@ from hri_prediction.motor_control.costs import (
     indices_of,
     shares,
 )
-from hri_prediction.motor_control.observed import ObservedReach
 from hri_prediction.motor_control.results_table import HEAD, draw, markdown, summary_rows
 from hri_prediction.motor_control.scaling import MAXIMUM, SCALINGS
-from hri_prediction.motor_control.seen import KNOT_S
 from hri_prediction.results.options import Scheduler, Workers, make_folders, resumable
 from hri_prediction.results.origin import available_cores, origin_line, results_origin
 from hri_prediction.results.progress import ProgressLine
@@ -211,7 +209,7 @@ def fit_ioc(
                     each.arm,
                     names,
                     scaling,
-                    correlated=_correlated(each.observed),
+                    correlated=correlated(each.observed),
                 )
                 for i, each in enumerate(reaches)
             ]
@@ -252,12 +250,6 @@ def fit_ioc(
     console.print(f"results: {out / REPORT}, {out / PICTURE}", highlight=False, soft_wrap=True)
     if len(failed) == len(outcomes):
         raise typer.Exit(1)
-
-
-def _correlated(reach: ObservedReach) -> float:
-    """Samples that share an error after smoothing."""
-    step_s = reach.problem.duration / (len(reach.phases) - 1)
-    return max(KNOT_S / step_s, 1.0)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -22,6 +22,23 @@ STARTS_DEG = _frozen(
     )
 )  # fmt: skip
 """Start postures P1 to P9 of chapter 2, (9, 3): mean q of its 15 people (table 2.2)."""
+STARTS_12_DEG = _frozen(
+    (
+        (11.0, 6.6, 12.7), (11.2, 8.8, 33.4), (11.9, 31.9, 13.2), (13.0, 34.5, 37.9),
+        (-22.3, 12.5, 14.1), (-23.5, 15.8, 37.9), (-22.9, 37.3, 16.1), (-23.6, 41.1, 35.8),
+        (42.2, 7.0, 12.3), (40.2, 7.1, 35.4), (35.4, 36.1, 10.1), (35.1, 36.9, 43.4),
+    )
+)  # fmt: skip
+"""Start postures P1 to P12 of chapter 3, (12, 3) (table 3.2): those of chapter 2, and three more."""
+IN_CHAPTER_2 = (0, 1, 2, 4, 5, 6, 8, 9, 10)
+"""Which of the twelve are P1 to P9 of chapter 2."""
+LEVELS_12 = (
+    ("middle", "low", "low"), ("middle", "low", "high"),
+    ("middle", "high", "low"), ("middle", "high", "high"),
+    ("up", "low", "low"), ("up", "low", "high"), ("up", "high", "low"), ("up", "high", "high"),
+    ("down", "low", "low"), ("down", "low", "high"), ("down", "high", "low"), ("down", "high", "high"),
+)  # fmt: skip
+"""Of q1, q2 and q3 of each of the twelve: factors of chapter 3's analysis of variance."""
 TARGETS_DEG = _frozen(
     (
         (-10.3, 82.0, 23.7), (7.2, 80.5, 29.4), (27.5, 83.5, 24.5),

@@ -1,0 +1,110 @@
+"""The study of why people reach as they do, in its short form."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from hri_prediction.motor_control import design
+from hri_prediction.motor_control.analyses.table import ReachTable
+from hri_sim.motor_control import study
+from hri_sim.motor_control.averaged import levels
+from hri_sim.motor_control.real_reaches import by_task
+from hri_sim.motor_control.study import SMOKE, carry_out
+from hri_sim.motor_control.study_command import app
+
+TINY = replace(SMOKE, people=2)
+
+
+@pytest.fixture(scope="module")
+def table(tmp_path_factory: pytest.TempPathFactory) -> tuple[ReachTable, Path]:
+    folder = tmp_path_factory.mktemp("people")
+    return carry_out(TINY, folder, workers=1), folder
+
+
+def test_everybody_reaches_and_is_explained(table: tuple[ReachTable, Path]) -> None:
+    found, _ = table
+    assert len(found.explained) == 2 * 12
+    assert (found.hand_cm <= np.nanmin(found.single_cm, axis=1) + 1e-9).all()
+    assert found.hand_cm.mean() < 0.3
+    np.testing.assert_allclose(found.truth.sum(axis=1), 1.0)
+    np.testing.assert_allclose(found.alpha.sum(axis=1), 1.0)
+
+
+def test_what_is_done_is_not_done_again(
+    table: tuple[ReachTable, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found, folder = table
+
+    def again(turn: object) -> None:
+        raise AssertionError(turn)
+
+    monkeypatch.setattr(study, "do_turn", again)
+    same = carry_out(TINY, folder, workers=1)
+    np.testing.assert_array_equal(same.alpha, found.alpha)
+
+
+def test_each_person_is_the_same_in_any_order(
+    table: tuple[ReachTable, Path], tmp_path: Path
+) -> None:
+    found, _ = table
+    turn = study.do_turn(study.Turn(TINY, 1, tmp_path))
+    alone = study.load(turn.path)
+    np.testing.assert_array_equal(alone.alpha, found.of(["S2"]).alpha)
+
+
+def test_levels_are_those_of_the_postures() -> None:
+    starts = np.array([f"P{i + 1}" for i in range(12)])
+    for row, (q1, q2, q3) in zip(design.STARTS_12_DEG, design.LEVELS_12, strict=True):
+        assert {"up": row[0] < -20.0, "middle": 5.0 < row[0] < 15.0, "down": row[0] > 30.0}[q1]
+        assert (row[1] > 25.0) == (q2 == "high")
+        assert (row[2] > 25.0) == (q3 == "high")
+    assert len(set(design.LEVELS_12)) == len(starts)
+    np.testing.assert_array_equal(
+        design.STARTS_12_DEG[list(design.IN_CHAPTER_2)], design.STARTS_DEG
+    )
+
+
+def test_levels_of_a_table(table: tuple[ReachTable, Path]) -> None:
+    found = levels(table[0])
+    assert set(found["q1_start"]) == {"middle", "up"}
+    assert found["target"].tolist() == table[0].target.tolist()
+
+
+def test_each_person_counts_once(table: tuple[ReachTable, Path]) -> None:
+    found, _ = table
+    # Ten times as many reaches of one person leave the mean over people where it is.
+    more = found.where(np.concatenate([np.arange(24), *[np.arange(12)] * 9]))
+    one, ten = (by_task(each, np.random.default_rng(0)) for each in (found, more))
+    assert one["people"] == 2
+    for name in found.names:
+        for task in one["tasks"]:
+            assert one["weights"][name][task]["mean"] == pytest.approx(
+                ten["weights"][name][task]["mean"]
+            )
+
+
+def test_the_whole_report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("HRI_DATA_DIR", raising=False)
+    arguments = ["--smoke", "--people", "2", "--runs", str(tmp_path), "--workers", "1"]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 0, result.output
+    assert "real reaches: left out, HRI_DATA_DIR is not set" in result.output
+    text = (tmp_path / "motor_control.md").read_text()
+    content = json.loads((tmp_path / "motor_control.json").read_text())
+    assert content["chapter_2"]["errors"]["n"] == 24
+    assert "Left out: HRI_DATA_DIR is not set." in text
+    for name in ("errors", "single_costs", "discomfort", "transitions", "mean_errors"):
+        assert f"motor_control/{name}.png" in text
+        assert (tmp_path / "motor_control" / f"{name}.png").stat().st_size > 10_000
+
+
+def test_help_says_what_it_does() -> None:
+    result = CliRunner().invoke(app, ["--help"])
+    assert "recorded" in result.output
+    assert "--scheduler" in result.output
