@@ -73,5 +73,5 @@ def posture_space(table: ReachTable) -> PostureSpace:
     if len(table) < 7:
         raise DataError(f"{len(table)} reaches", expected="seven or more, for six angles")
     angles = np.degrees(np.concatenate([table.q_start, table.q_end], axis=1))
-    model = PCA(angles, standardize=False, normalize=False)
+    model = PCA(angles, standardize=False, normalize=False, method="svd")
     return PostureSpace(model.eigenvals / model.eigenvals.sum(), model.loadings.T, model.scores)
