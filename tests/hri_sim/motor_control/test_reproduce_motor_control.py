@@ -12,7 +12,9 @@ from typer.testing import CliRunner
 
 from hri_prediction.motor_control import design
 from hri_prediction.motor_control.analyses.table import ReachTable
-from hri_sim.motor_control import study
+from hri_prediction.motor_control.ocp import Motion, NotConverged, ReachSolver
+from hri_prediction.motor_control.problem import ReachProblem
+from hri_sim.motor_control import people, study
 from hri_sim.motor_control.averaged import levels
 from hri_sim.motor_control.real_reaches import by_task
 from hri_sim.motor_control.study import SMOKE, carry_out
@@ -56,6 +58,29 @@ def test_each_person_is_the_same_in_any_order(
     turn = study.do_turn(study.Turn(TINY, 1, tmp_path))
     alone = study.load(turn.path)
     np.testing.assert_array_equal(alone.alpha, found.of(["S2"]).alpha)
+
+
+def test_a_repetition_without_an_optimum_is_drawn_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    person = study.people_of(TINY)[0]
+    solve, failed = people.ReachSolver.solve, []
+
+    def once(self: ReachSolver, problem: ReachProblem, *rest: object) -> Motion:
+        motion = solve(self, problem, *rest)
+        if not failed:
+            failed.append(problem)
+            raise NotConverged(problem, np.ones(7), motion, 1.0)
+        return motion
+
+    monkeypatch.setattr(people.ReachSolver, "solve", once)
+    recorded = people.record(person, 0, 0, np.random.default_rng(0), repetitions=1)
+    assert len(recorded.tracks) == len(failed) == 1
+
+    def never(self: ReachSolver, problem: ReachProblem, *rest: object) -> Motion:
+        raise NotConverged(problem, np.ones(7), solve(self, problem, *rest), 1.0)
+
+    monkeypatch.setattr(people.ReachSolver, "solve", never)
+    with pytest.raises(NotConverged):
+        people.record(person, 0, 0, np.random.default_rng(0), repetitions=1)
 
 
 def test_levels_are_those_of_the_postures() -> None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hri_prediction.motor_control.analyses.behaviour import correlation, posture_space
 from hri_prediction.motor_control.analyses.discomfort import FORMS, SIX, Discomfort, fit_discomfort
-from hri_prediction.motor_control.analyses.selection import Model, model_of
+from hri_prediction.motor_control.analyses.selection import model_of
 from hri_prediction.motor_control.analyses.table import ReachTable
 from hri_prediction.motor_control.analyses.variance import complete, repeated_measures
 from hri_prediction.motor_control.arm_model import ArmModel
@@ -24,9 +24,9 @@ from hri_prediction.motor_control.costs import (
     TORQUE_CHANGE,
     shares,
 )
-from hri_prediction.motor_control.ioc import explain
-from hri_prediction.motor_control.observed import of_angles
-from hri_prediction.motor_control.ocp import ReachSolver
+from hri_prediction.motor_control.ioc import Explanation, explain
+from hri_prediction.motor_control.observed import ObservedReach, of_angles
+from hri_prediction.motor_control.ocp import NotConverged, ReachSolver
 from hri_prediction.motor_control.problem import ReachProblem
 
 Array = NDArray[np.float64]
@@ -251,11 +251,26 @@ def models(
         )
         for i in range(len(table))
     ]
-    found: list[Model] = []
+    by_model: list[list[Explanation | None]] = []
     for number, names in enumerate(choices):
-        explained = []
+        by_model.append([])
         for i, reach in enumerate(reaches):
-            explained.append(explain(solver, reach, tuple(names)))
+            by_model[-1].append(_tried(solver, reach, tuple(names)))
             tick(number * len(reaches) + i + 1, len(choices) * len(reaches))
-        found.append(model_of(reaches, explained, [correlated(reach) for reach in reaches]))
+    # Models are compared by the reaches that all of them explain.
+    common = [i for i in range(len(reaches)) if all(row[i] is not None for row in by_model)]
+    seen = [reaches[i] for i in common]
+    shared = [correlated(reach) for reach in seen]
+    found = [
+        model_of(seen, [each for i in common if (each := row[i]) is not None], shared)
+        for row in by_model
+    ]
     return [asdict(model) for model in found]
+
+
+def _tried(solver: ReachSolver, reach: ObservedReach, names: tuple[str, ...]) -> Explanation | None:
+    """What explains a reach; none where no optimum is found."""
+    try:
+        return explain(solver, reach, names)
+    except NotConverged:
+        return None

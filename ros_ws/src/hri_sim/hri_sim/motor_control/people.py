@@ -19,7 +19,7 @@ from hri_prediction.motor_control.costs import CHAPTER_2, indices_of
 from hri_prediction.motor_control.kinematics import elbow_and_wrist
 from hri_prediction.motor_control.law import FEATURES, WeightLaw
 from hri_prediction.motor_control.observed import ObservedReach
-from hri_prediction.motor_control.ocp import ReachSolver
+from hri_prediction.motor_control.ocp import Motion, NotConverged, ReachSolver
 from hri_prediction.motor_control.problem import ReachProblem
 from hri_prediction.motor_control.scaling import scaling_of
 from hri_prediction.motor_control.seen import arm_of, mean_of, observe, to_recording
@@ -40,6 +40,8 @@ _HEIGHT_M, _MASS_KG = (1.72, 0.05), (67.0, 9.0)
 _PACE_SD, _TRIAL_PACE_SD = 0.19, 0.04
 _POSTURE_SD_RAD, _TRIAL_POSTURE_SD_RAD = np.radians(5.0), np.radians(1.5)
 """Between people (table 2.2), and between repetitions."""
+_ATTEMPTS = 5
+"""So often may a repetition be drawn for which no optimum is found."""
 _USUAL = {"hand_jerk": 0.31, "joint_jerk": 0.45, "torque_change": 0.09, "energy": 0.15}
 """Mean weights of the thesis' people."""
 _SLOPE_SD, _OWN_SD = 0.5, 0.3
@@ -142,14 +144,11 @@ def record(
     chosen = indices_of(person.law.names)
     tracks, ends, factors = [], [], []
     for trial in range(repetitions):
-        q_start, q_end = (_within(q + rng.normal(0.0, _TRIAL_POSTURE_SD_RAD, 3)) for q in usual)
-        pace = person.pace * np.exp(rng.normal(0.0, _TRIAL_PACE_SD))
-        problem = ReachProblem.at_rest(q_start, q_end, float(design.DURATIONS_S[target] * pace))
-        scaling = scaling_of(solver, problem)
-        factors.append(scaling.factors[chosen])
-        motion = solver.solve(problem, scaling.weights(alpha, person.law.names))
-        time_s = np.arange(round((problem.duration + 2.0 * REST_S) * RATE_HZ)) / RATE_HZ
-        angles = motion.angles(np.clip((time_s - REST_S) / problem.duration, 0.0, 1.0))
+        motion, factor = _reach(person, usual, float(design.DURATIONS_S[target]), solver, rng)
+        duration_s = motion.duration
+        factors.append(factor[chosen])
+        time_s = np.arange(round((duration_s + 2.0 * REST_S) * RATE_HZ)) / RATE_HZ
+        angles = motion.angles(np.clip((time_s - REST_S) / duration_s, 0.0, 1.0))
         points = _keypoints(angles, person.arm)
         points += rng.normal(0.0, noise_m, points.shape) if noise_m > 0.0 else 0.0
         tracks.append(
@@ -157,8 +156,37 @@ def record(
                 time_s, points, subject=person.name, task=f"P{start + 1}-T{target + 1}", trial=trial
             )
         )
-        ends.append((REST_S, REST_S + problem.duration))
+        ends.append((REST_S, REST_S + duration_s))
     return Recorded(start, target, alpha, np.mean(factors, axis=0), tuple(tracks), np.array(ends))
+
+
+def _reach(
+    person: Reacher,
+    usual: list[Array],
+    duration: float,
+    solver: ReachSolver,
+    rng: np.random.Generator,
+) -> tuple[Motion, Array]:
+    """One repetition: its motion, and all scale factors (7,).
+
+    Where no optimum is found for what was drawn, it is drawn anew.
+
+    Raises:
+        NotConverged: none is found for anything that was drawn.
+    """
+    for attempt in range(_ATTEMPTS):
+        q_start, q_end = (_within(q + rng.normal(0.0, _TRIAL_POSTURE_SD_RAD, 3)) for q in usual)
+        pace = person.pace * np.exp(rng.normal(0.0, _TRIAL_PACE_SD))
+        problem = ReachProblem.at_rest(q_start, q_end, float(duration * pace))
+        alpha = person.law.alpha(*usual)
+        try:
+            scaling = scaling_of(solver, problem)
+            weights = scaling.weights(alpha, person.law.names)
+            return solver.solve(problem, weights), scaling.factors
+        except NotConverged:
+            if attempt == _ATTEMPTS - 1:
+                raise
+    raise AssertionError("there is one attempt at least")
 
 
 def see(recorded: Recorded, arm: ArmModel) -> ObservedReach:

@@ -102,12 +102,12 @@ def fit_discomfort(
     orders = np.array([rng.permutation(share) for _ in range(permutations)])
     chance = np.array([_explained(basis, order) for order in orders])
     found = np.linalg.lstsq(np.column_stack([np.ones(count), columns]), share, rcond=None)[0]
-    beta = found[1:]
+    raw = found[1:]
     # Weights of length 1 that discomfort grows with the share; or the first of them is 1.
-    scale = float(np.linalg.norm(beta)) if form == SIX else float(beta[0])
+    scale = float(np.linalg.norm(raw)) if form == SIX else float(raw[0])
     if abs(scale) < 1e-12:
         raise DataError("shares that no angle has to do with", expected="shares that vary")
-    beta = np.asarray(beta / scale, dtype=np.float64)
+    beta: Array = np.array(raw / scale, dtype=np.float64)
     smoothed = chance_smoothed = np.nan
     if smoothing > 0.0:
         values = columns @ beta
