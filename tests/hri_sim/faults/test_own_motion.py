@@ -44,6 +44,22 @@ def test_a_person_who_leans_on_a_robot_at_rest_does_not_end_its_rest() -> None:
     assert (found.touched_moving, found.touched_at_rest) == (0, 15)
 
 
+def test_a_robot_that_swings_back_when_it_is_let_go_of_is_still_pushed() -> None:
+    joints, touches = STOP.copy(), [0] * 50
+    joints[20:24], joints[27:30] = [0.05] * 4, [0.03] * 3
+    touches[20:22] = [1] * 2
+    assert judged(joints, STOP, touches).rest_s == 10 * STEP_S
+
+
+def test_a_touch_long_ago_is_no_excuse() -> None:
+    joints, touches = STOP.copy(), [0] * 50
+    touches[14:16] = [1] * 2
+    long, quiet = [0.0] * 50, [0] * 50
+    found = judged([*joints, *long, *([0.05] * 10)], STOP + [0.0] * 60, touches + quiet + [0] * 10)
+    assert found.moves
+    assert found.rest_s is None
+
+
 def test_a_robot_that_nobody_touches_and_that_moves_again_was_not_at_rest() -> None:
     joints = STOP.copy()
     joints[30:35] = [0.05] * 5

@@ -2,11 +2,12 @@
 
 A robot at rest is no hazard, yet a person who does not see it may reach into it and push it: its joints
 turn then although its controller holds still. So a robot comes to rest when neither its joints nor its
-reference moves, and it stays at rest until the reference moves, or a joint does while nobody touches it.
+reference moves, and it stays at rest until the reference moves, or a joint does while nobody touches it or has just let go of it.
 """
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,6 +16,9 @@ REST = 0.02
 """Joint speed below which the robot is at rest [rad/s]."""
 NEAR = 2
 """A touch belongs to so many joint states before and after it: not all is told at once."""
+
+SWING_S = 0.2
+"""So long may a robot swing back that somebody has let go of; what moves later moves of its own [s]."""
 
 Timed = Sequence[tuple[float, float]]
 """Times [s], ascending, and values."""
@@ -49,7 +53,8 @@ def own_motion(joints: Timed, references: Timed, touches: Timed, *, moving: bool
     reference_times = [time_s for time_s, _ in references]
     touch_times = [time_s for time_s, count in touches if count]
     state_times = [time_s for time_s, _ in touches]
-    moves, rest_s, leant_on = moving, None, False
+    moves, rest_s = moving, None
+    touched_s = -math.inf
     times: list[float] = []
     moved: list[bool] = []
     for time_s, speed in joints:
@@ -59,10 +64,12 @@ def own_motion(joints: Timed, references: Timed, touches: Timed, *, moving: bool
         about = state_times[max(near - NEAR, 0) : near + NEAR + 1]
         if about:
             first = bisect_left(touch_times, about[0])
-            leant_on |= first < len(touch_times) and touch_times[first] <= about[-1]
+            if first < len(touch_times) and touch_times[first] <= about[-1]:
+                touched_s = time_s
+        pushed = time_s - touched_s <= SWING_S
         if moves and speed < REST and asked < REST:
-            moves, rest_s, leant_on = False, time_s, False
-        elif not moves and (asked >= REST or (speed >= REST and not leant_on)):
+            moves, rest_s = False, time_s
+        elif not moves and (asked >= REST or (speed >= REST and not pushed)):
             moves, rest_s = True, None
         times.append(time_s)
         moved.append(moves)

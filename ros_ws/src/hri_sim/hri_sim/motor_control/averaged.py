@@ -15,8 +15,6 @@ from hri_prediction.motor_control.costs import CHAPTER_3
 from hri_prediction.motor_control.observed import ObservedReach, of_angles
 from hri_prediction.motor_control.problem import ReachProblem
 
-RATE_HZ = 250.0
-
 
 def mean_reach(rows: ReachTable, arm: ArmModel) -> ObservedReach:
     """The mean of reaches of many people, by phase, as one arm makes it.
