@@ -2,7 +2,8 @@
 
 A robot at rest is no hazard, yet a person who does not see it may reach into it and push it: its joints
 turn then although its controller holds still. So a robot comes to rest when neither its joints nor its
-reference moves, and it stays at rest until the reference moves, or a joint does while nobody touches it or has just let go of it.
+reference moves, and it stays at rest until the reference moves, or a joint does while nobody touches it
+or has just let go of it.
 """
 
 from __future__ import annotations
