@@ -351,3 +351,14 @@ def test_kernels_take_the_state_as_it_is(solver, rng):
     costs_at(z, y, 0.05, 0.02, out)
     assert out[0] == pytest.approx(y[:3] @ y[:3])
     assert out[5] == pytest.approx((np.hypot(z[3:6] * y[3:6], 0.05) - 0.05).sum())
+
+
+def test_an_optimum_that_rounding_hides_is_one():
+    """The gradient of this one never gets below 1.1e-13 of the cost, and steps change nothing any more."""
+    task = ReachProblem.at_rest(
+        [0.3559012943005567, 0.5821454306759924, 0.6331740846072419],
+        [-0.06075868391870827, 1.2746953649557011, 0.22064038098966995],
+        1.8488057796466526,
+    )
+    solver = ReachSolver(ArmModel.of_body(1.6833636431056866, 78.94541503853252))
+    assert solver.solve(task, np.eye(7)[COSTS.index("hand_jerk")]).iterations < 20

@@ -22,6 +22,8 @@ _DECREMENT = 1e-13
 """Predicted decrease by the cost at which a point is an optimum."""
 _ROUNDING = 1e-8
 """Predicted decrease by the cost that may be left where no step gets lower any more."""
+_NO_LESS = 1e-15
+"""Decrease by the cost that is rounding alone: a gradient that is no more than that never gets smaller."""
 _NEGLIGIBLE = 1e-3
 """Share of the second matrix in the Hessian that counts as none: where the cost does not say where the
 optimum is."""
@@ -188,15 +190,18 @@ def minimise(
                 accepted = True
                 break
             length *= 0.5 if length > 0.1 else 0.25
+        small = ridge <= _NEGLIGIBLE * abs(share)
         if not accepted:
             unknowns[:] = before
             if decrement <= _ROUNDING:
-                small = ridge <= _NEGLIGIBLE * abs(share)
                 return (CONVERGED if small else STALLED), iteration + 1, decrement
             if ridge > 1e6 * abs(share):
                 return STALLED, iteration + 1, decrement
             ridge = max(10.0 * ridge, 1e-4 * abs(share))
-        elif length == 1.0:
+            continue
+        if decrement <= _ROUNDING and small and cost - new <= _NO_LESS * abs(cost):
+            return CONVERGED, iteration + 1, decrement
+        if length == 1.0:
             ridge = ridge * 0.1 if ridge > 1e-8 * abs(share) else 0.0
     return EXHAUSTED, most, decrement
 
