@@ -23,9 +23,10 @@ from hri_planner.pibb.storage import (
     TRIALS,
     load_session,
     save_session,
-    write_whole,
 )
 from hri_prediction.errors import DataError, HriError
+from hri_prediction.files import whole
+from hri_prediction.files.whole import write_whole
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -48,7 +49,8 @@ def test_what_was_there_survives_a_save_that_fails(
             Path(path).write_bytes(b"half of i")
         raise error
 
-    monkeypatch.setattr(storage if "." not in what else os, what.removeprefix("os."), fail)
+    where = {"os.replace": os, "_sync": whole}.get(what, storage)
+    monkeypatch.setattr(where, what.removeprefix("os."), fail)
     with pytest.raises(HriError if isinstance(error, OSError) else Killed) as caught:
         save_session(saved, advanced(24), **PERSON)
     if isinstance(error, OSError):

@@ -11,8 +11,8 @@ from rclpy.action import ActionClient
 
 from hri_planner.dmp.model_file import save_dmp
 from hri_planner.dmp.policy import DmpPolicy
-from hri_planner.pibb.storage import write_whole
 from hri_prediction.errors import GraphError
+from hri_prediction.files.whole import write_whole
 from hri_prediction.ros.conversions import WORLD
 from hri_prediction.ros.messages import LoadModel, PolicyStatus, ReachTarget
 from hri_prediction.ros.node import HriNode

@@ -16,8 +16,8 @@ from hri_planner.dmp.model_file import read_dmp, save_dmp
 from hri_planner.dmp.policy import DmpPolicy
 from hri_planner.pibb.comparison import Comparison, compared
 from hri_planner.pibb.names import check_name, is_name
-from hri_planner.pibb.storage import write_whole
 from hri_prediction.errors import ConfigError, DataError
+from hri_prediction.files.whole import write_whole
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,8 @@ from hri_planner.dmp.frames import way_frame
 from hri_planner.dmp.model_file import read_dmp
 from hri_planner.pibb.comparison import Comparison
 from hri_planner.pibb.library import Entry, PolicyLibrary
-from hri_planner.pibb.storage import write_whole
 from hri_prediction.errors import ConfigError
+from hri_prediction.files.whole import write_whole
 from hri_prediction.results.folder import check_folder
 from hri_prediction.results.options import make_folders
 from hri_prediction.results.origin import origin_line, results_origin
