@@ -22,6 +22,8 @@ from hri_prediction.bags.arms import arm_tracks
 from hri_prediction.bags.predictions import recorded_predictions
 from hri_prediction.config import load_yaml
 from hri_prediction.errors import DataError, HriError
+from hri_prediction.hybrid.store import PeopleStore, read_task
+from hri_prediction.hybrid.weight_file import load_process
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.library import TaskLibrary
 from hri_prediction.promp.storage import load_promp
@@ -144,6 +146,15 @@ def parameters(path: Path) -> None:
     complete_parameters(specs, read_parameters(path), f"--parameters {path}")
 
 
+def person(path: Path) -> None:
+    """A person of a store: what is wrong with one is told, not raised, when all are listed."""
+    store = PeopleStore(path.parent.parent)
+    (known,) = store.people()
+    if known.problem:
+        raise DataError(f"{path}: {known.problem}")
+    store.load(known.name)
+
+
 MODELS: dict[str, Reader] = {
     "promp": load_promp,
     "library": TaskLibrary.load,
@@ -152,6 +163,7 @@ MODELS: dict[str, Reader] = {
     "adaptation": adaptation,
     "session": session,
     "training": lambda path: load_state(path, MARK),
+    "personal task": read_task,
 }
 """Of archives, by kind."""
 SETTINGS: dict[str, Reader] = {
@@ -162,6 +174,8 @@ SETTINGS: dict[str, Reader] = {
     "training": lambda path: load_yaml(TrainingConfig, path),
 }
 """Of YAML, by kind."""
+PLAIN: dict[str, Reader] = {"weights": load_process, "person": person}
+"""Of JSON, by kind."""
 BAGS: dict[str, Reader] = {
     "closed": closed_bag,
     "any": any_bag,
@@ -173,6 +187,7 @@ EVERYTHING: dict[str, Reader] = {
     **{f"model {name}": read for name, read in MODELS.items() if name != "session"},
     **{f"setting {name}": read for name, read in SETTINGS.items()},
     **{f"bag {name}": read for name, read in BAGS.items()},
+    "weights": load_process,
     "markers": markers,
     "tracks": tracks,
     "handovers": load_handovers,

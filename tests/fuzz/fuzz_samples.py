@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import tempfile
 from collections.abc import Callable
 from contextlib import AbstractContextManager
@@ -34,6 +35,11 @@ from hri_planner.rnn.scales import Scales
 from hri_planner.rnn.training.state import TrainingState, save_state
 from hri_prediction.bags.metadata import OfferedQos, TopicInfo
 from hri_prediction.bags.writer import BagWriter
+from hri_prediction.hybrid.prior_path import Geometry, PriorPath
+from hri_prediction.hybrid.store import PERSON_FORMAT, write_task
+from hri_prediction.hybrid.task import PersonalTask, TaskKey
+from hri_prediction.hybrid.weight_file import data_to_values, save_process
+from hri_prediction.hybrid.weight_process import WeightData, WeightProcess
 from hri_prediction.prediction.library import TaskLibrary, TaskModel
 from hri_prediction.promp.basis import PhaseBasis
 from hri_prediction.promp.model import ProMP
@@ -293,7 +299,29 @@ def model_files() -> dict[str, Files]:
         "adaptation": (small, *(content for content in shipped if len(content) < 100_000)),
         "session": tuple(map(_session, (0, 3, 6, 12, 14))),
         "training": (written(lambda path: save_state(path, state, MARK), "a.npz"),),
+        "personal task": (written(lambda path: write_task(path, _personal_task()), "a.npz"),),
     }
+
+
+def _personal_task() -> PersonalTask:
+    phases = np.linspace(0.0, 1.0, 5)
+    path = PriorPath(phases, np.outer(phases, np.ones(6)), 0.9, np.zeros(3), np.ones(3))
+    return PersonalTask(
+        TaskKey("right", "rest", "cup"), np.array([0.5, 0.3, 0.2]), Geometry(np.zeros(6), np.ones(3)), path,
+        np.linspace(0.0, 1.0, 18), np.zeros((2, 18)), np.array([0.8, 0.9]), (0.5, 0.1), 2, 0,
+    )  # fmt: skip
+
+
+@cache
+def plain_trees() -> dict[str, tuple[Any, ...]]:
+    """Content of JSON files, by what reads them."""
+    costs = ("hand_jerk", "joint_jerk", "energy")
+    inputs = np.linspace(0.0, 1.0, 12).reshape(2, 6)
+    data = WeightData(costs, inputs, np.zeros((2, 2)), np.full((2, 2), 0.1))
+    process = WeightProcess(data, np.zeros(2), np.ones(2), np.ones((2, 6)))
+    text = written(lambda path: save_process(path, process, "a test"), "a.json")
+    person = {"format": PERSON_FORMAT, "changed": "2026-01-01", "weights": data_to_values(data)}
+    return {"weights": (json.loads(text),), "person": (person, {**person, "weights": None})}
 
 
 # ------------------------------------------------------------------ settings

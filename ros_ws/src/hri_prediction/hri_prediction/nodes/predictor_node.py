@@ -12,6 +12,7 @@ from visualization_msgs.msg import MarkerArray
 from hri_prediction.arm.body_id import valid_body_id
 from hri_prediction.config import parameter, validate
 from hri_prediction.errors import DataError, HriError
+from hri_prediction.hybrid.config import HybridConfig
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.library import TaskLibrary
 from hri_prediction.prediction.live_scores import LiveFigures
@@ -22,6 +23,7 @@ from hri_prediction.ros.conversions import (
     sample_from_message,
 )
 from hri_prediction.ros.following import FollowedArm, FollowedBody
+from hri_prediction.ros.learning import Learning, targets_of
 from hri_prediction.ros.markers import arm_markers, prediction_markers
 from hri_prediction.ros.messages import HumanArm, HumanPrediction, IdsList, LoadModel
 from hri_prediction.ros.node import ERROR, OK, WARN, HriNode, run_node
@@ -46,6 +48,30 @@ class PredictorNodeConfig:
         0.05, "A stamp further ahead of the clock than this is refused", unit="s", low=0.0
     )
     max_bodies: int = parameter(4, "Bodies that are followed at the same time", low=1, high=16)
+    hybrid: bool = parameter(
+        False,
+        "Whether people are learnt: optimal control guesses their reaches to the targets, their own "
+        "reaches mend the guess",
+    )
+    target_names: tuple[str, ...] = parameter((), "Names of the targets of people (hybrid)")
+    target_positions: tuple[float, ...] = parameter(
+        (), "x, y, z of each, where the tip of the hand ends, in the frame of the bodies", unit="m"
+    )
+    facing: str = parameter(
+        "auto",
+        "Where people face, in degrees from x towards y; auto: the quarter turn nearest to the targets "
+        "(hybrid)",
+    )
+    weights: str = parameter(
+        "",
+        "Path of a process of weights (.json of fit_weights.py); empty: the one that ships (hybrid)",
+    )
+    people_folder: str = parameter(
+        "", "Folder in which people are kept; empty: they are forgotten at the end (hybrid)"
+    )
+    people: tuple[str, ...] = parameter(
+        (), "Who bodies are, as BODY=NAME; others are called as their body (hybrid)"
+    )
 
     def __post_init__(self) -> None:
         validate(self)
@@ -64,6 +90,21 @@ class PredictorNode(HriNode):
         self._bodies: dict[str, FollowedBody] = {}
         self._compute_ms: deque[float] = deque(maxlen=500)
         self._next_markers_ns = 0
+        guess = declare_config(self, HybridConfig, prefix="guess")
+        self._learning = (
+            Learning(
+                targets_of(self._config.target_names, self._config.target_positions),
+                self._prediction_config,
+                guess,
+                facing=self._config.facing,
+                weights=self._config.weights,
+                folder=self._config.people_folder,
+                people=self._config.people,
+                at_once=self.lockstep,
+            )
+            if self._config.hybrid
+            else None
+        )
         warm_kernels()
         self._markers = self.announce(MarkerArray, "humans/markers", reliable(1))
         self.listen(IdsList, "humans/bodies/tracked", self._on_ids, LATCHED)
@@ -75,9 +116,10 @@ class PredictorNode(HriNode):
         self.get_logger().info(f"{path}: {len(library.tasks)} tasks, {library.placed}")
         return library
 
-    def _arm(self) -> FollowedArm:
+    def _arm(self, side: str) -> FollowedArm:
         """What follows an arm, from now on."""
-        return FollowedArm(self._library, self._prediction_config)
+        watch = self._learning.watch(side) if self._learning is not None else None
+        return FollowedArm(self._library, self._prediction_config, watch)
 
     # ------------------------------------------------------------------ inputs
     def _on_ids(self, message: IdsList) -> None:
@@ -126,7 +168,7 @@ class PredictorNode(HriNode):
         except DataError as error:
             self.fault("arm", str(error))
         if sample.side not in body.arms:
-            body.arms[sample.side] = self._arm()
+            body.arms[sample.side] = self._arm(sample.side)
         if turned := body.arms[sample.side].observe(sample):
             self.get_logger().warning(f"{body.name_of(sample.side)}: {turned}")
 
@@ -140,7 +182,7 @@ class PredictorNode(HriNode):
             return response
         self._library_name = request.path
         for body in self._bodies.values():
-            body.arms = {side: self._arm() for side in body.arms}
+            body.arms = {side: self._arm(side) for side in body.arms}
         response.success = True
         names = ", ".join(task.name for task in self._library.tasks)
         response.message = f"{names}; {self._library.placed}"
@@ -149,6 +191,9 @@ class PredictorNode(HriNode):
     # ------------------------------------------------------------------ work
     def on_tick(self, now_ns: int) -> None:
         """Predict every tracked arm that was ever seen."""
+        if self._learning is not None:
+            for about, text in self._learning.exchange(self._bodies, self._library):
+                self.fault(f"hybrid {about}", f"hybrid: {text}")
         for body in self._bodies.values():
             for name, arm in body.named_arms():
                 spent_ms = arm.predict(now_ns)
@@ -196,12 +241,19 @@ class PredictorNode(HriNode):
                 for counter, count in arm.predictor.counters.items():
                     figures[f"{name} {counter}"] = count
                 figures |= _figures(name, arm.predictor.live_figures())
+        if self._learning is not None:
+            figures |= self._learning.figures
         if self._compute_ms:
             for share in (50, 99):
                 figures[f"latency_ms_p{share}"] = f"{np.percentile(self._compute_ms, share):.3f}"
         if not self._bodies:
             return WARN, "no body is tracked", figures
         return level, "; ".join(words), figures
+
+    def close(self) -> None:
+        """End the process that learns."""
+        if self._learning is not None:
+            self._learning.close()
 
 
 def _figures(name: str, found: dict[float, LiveFigures]) -> dict[str, Any]:

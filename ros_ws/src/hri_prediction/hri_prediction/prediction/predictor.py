@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from hri_prediction.prediction.bank import BankPrior, HypothesisBank, bank_prior
 from hri_prediction.prediction.calibration import OnlineCalibration
 from hri_prediction.prediction.config import PredictorConfig
+from hri_prediction.prediction.constant_velocity import constant_velocity
 from hri_prediction.prediction.input_check import InputCheck
-from hri_prediction.prediction.library import DIMS, TaskLibrary
+from hri_prediction.prediction.library import TaskLibrary
 from hri_prediction.prediction.live_scores import LiveFigures
 from hri_prediction.prediction.output import Prediction, ReachState, whole_arm, within_reach
 from hri_prediction.tracks.rate import too_slow
@@ -58,11 +59,14 @@ class ReachPredictor:
         place = np.arange(1, self._calibration.count + 1) * (CALIBRATION_STEP_S / self.config.step)
         self._lower = np.minimum((place + 1e-9).astype(int), self._points - 2)
         self._share: Array = np.minimum(place - self._lower, 1.0)
-        if library is not None:
-            for side in ("left", "right"):
-                self._priors[side] = bank_prior(library.for_side(side), self.config)
-                self._banks[side] = HypothesisBank(self._priors[side], self.config)
+        self._know()
         self.reset()
+
+    def _know(self) -> None:
+        if self.library is not None:
+            for side in ("left", "right"):
+                self._priors[side] = bank_prior(self.library.for_side(side), self.config)
+                self._banks[side] = HypothesisBank(self._priors[side], self.config)
 
     def reset(self) -> None:
         """Forget the person; counters and library stay."""
@@ -74,6 +78,7 @@ class ReachPredictor:
         self._segmenter.reset()
         self._calibration.forget_pending()
         self._buffer: deque[tuple[float, Array]] = deque()
+        self._finished: tuple[int, int] | None = None
         self._known = np.full((4, 3), math.nan)
         self._hand: Array | None = None
         self._forearm = np.zeros(3)
@@ -133,6 +138,8 @@ class ReachPredictor:
             event = self._segmenter.push(now, points[2])
             if not verdict.reason:
                 self._reason = too_slow(self._segmenter.period_s) or self._reason
+        if event is not None and event.kind != "lost":
+            self._finish(event.time_s)
         if event is not None and event.kind == "onset":
             self._begin(event.time_s)
         elif event is not None:
@@ -167,6 +174,13 @@ class ReachPredictor:
                 due = time_s - self.config.update_interval
         for time_s, points in reversed(chosen):
             self._update(time_s, points)
+
+    def _finish(self, time_s: float) -> None:
+        """Note a reach that is over, if one was under way and took as long as reaches do."""
+        if self._reaching and time_s - self._onset_s >= self.config.min_reach:
+            assert self._epoch is not None
+            ends = (self._epoch + round(1e9 * at) for at in (self._onset_s, time_s))
+            self._finished = next(ends), next(ends)
 
     def _stop(self) -> None:
         self._reaching = False
@@ -216,6 +230,31 @@ class ReachPredictor:
     def live_figures(self) -> dict[float, LiveFigures]:
         """How good the newest predictions of reaches were, by horizon [s]; none without a library."""
         return self._calibration.scores.figures()
+
+    def take_finished(self) -> tuple[int, int] | None:
+        """When the newest finished reach passed the onset speed, up and down [ns]; each is told once."""
+        found, self._finished = self._finished, None
+        return found
+
+    @property
+    def reaching(self) -> bool:
+        """Whether a reach is under way."""
+        return self._reaching
+
+    def expect(self, library: TaskLibrary) -> bool:
+        """Know other tasks from now on; not in the midst of a reach, which goes on as it was begun.
+
+        Args:
+            library: Of both arms.
+
+        Returns:
+            Whether they are known now.
+        """
+        if self._reaching:
+            return False
+        self.library = library
+        self._know()
+        return True
 
     @property
     def newest_ns(self) -> int:
@@ -349,22 +388,6 @@ class ReachPredictor:
         return mean, covariance.copy()
 
     def _constant_velocity(self, elbow_wrist: Array) -> tuple[Array, Array]:
-        velocity = np.zeros(DIMS)
-        recent = [
-            (t, p[1:3].ravel())
-            for t, p in self._buffer
-            if t >= self._usable_s - self.config.velocity_window - ROUNDING_S
-        ]
-        times = np.array([t for t, _ in recent])
-        values = np.array([v for _, v in recent])
-        for d in range(DIMS):
-            seen = np.isfinite(values[:, d])
-            centred = times[seen] - times[seen].mean() if seen.any() else times[:0]
-            square = float(centred @ centred)
-            if seen.sum() >= 3 and square > 0.0:
-                velocity[d] = centred @ values[seen, d] / square
-        mean = elbow_wrist + self._times[:, None, None] * velocity.reshape(2, 3)
-        growth = 0.5 * self.config.velocity_acceleration_sd * self._times**2
-        variance = self.config.idle_sd**2 + growth**2
-        covariance = variance[:, None, None, None] * np.eye(3)
-        return mean, np.broadcast_to(covariance, (self._points, 2, 3, 3)).copy()
+        since = self._usable_s - self.config.velocity_window - ROUNDING_S
+        recent = [(t, p[1:3].ravel()) for t, p in self._buffer if t >= since]
+        return constant_velocity(recent, elbow_wrist, self._times, self.config)

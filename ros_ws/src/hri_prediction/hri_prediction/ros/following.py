@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 
+from hri_prediction.hybrid.watch import ArmWatch
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.facing import FacingWatch
 from hri_prediction.prediction.library import TaskLibrary
@@ -20,6 +21,7 @@ class FollowedArm:
     Args:
         library: Known tasks, or none.
         config: Of the predictor.
+        watch: Sees what the hybrid loop is to know of the arm; none: it learns nothing.
 
     Attributes:
         predictor: Has seen all samples of this arm.
@@ -27,7 +29,13 @@ class FollowedArm:
         turned: Why the library's reaches will not be recognised; empty unless the arm is turned.
     """
 
-    def __init__(self, library: TaskLibrary | None, config: PredictorConfig) -> None:
+    def __init__(
+        self,
+        library: TaskLibrary | None,
+        config: PredictorConfig,
+        watch: ArmWatch | None = None,
+    ) -> None:
+        self.watch = watch
         self.predictor = ReachPredictor(library, config)
         self.prediction: Prediction | None = None
         self.turned = ""
@@ -39,6 +47,8 @@ class FollowedArm:
         """Take a sample; once, a line that says that the arm is turned, else nothing."""
         begin = time.perf_counter()
         self.predictor.observe(sample)
+        if self.watch is not None:
+            self.watch.observe(sample, self.predictor)
         self._observed_ms = 1e3 * (time.perf_counter() - begin)
         turned = self._facing.observe([sample]) if self._facing is not None else ""
         self.turned = turned or self.turned

@@ -146,6 +146,13 @@ TABLE = (
         keys=("bodies",),
     ),
     Advice(
+        "The predictor cannot learn this person, and goes on with what it knows. See that "
+        "target_positions, facing and tracking are in the same axes, and that people_folder can be "
+        "written to; scripts/people.py lists damaged folders and deletes them. When its process has "
+        "ended, start the predictor anew.",
+        keys=("hybrid ",),
+    ),
+    Advice(
         "The separation monitor has not had what it decides by: /joint_states, the controller's reference, "
         "and who is tracked. See the rows of these.",
         words=r"has not decided yet",

@@ -18,6 +18,7 @@ from hri_planner.separation.config import BodyConfig, ProtectiveDistanceConfig, 
 from hri_prediction.config import from_mapping
 from hri_prediction.errors import ConfigError, DataError, all_of, cut, shown
 from hri_prediction.files.values import read_yaml
+from hri_prediction.hybrid.config import HybridConfig
 from hri_prediction.nodes.mocap_live_node import MocapLiveConfig
 from hri_prediction.nodes.predictor_node import PredictorNodeConfig
 from hri_prediction.prediction.config import PredictorConfig
@@ -38,7 +39,11 @@ CONFIGURATIONS: dict[str, tuple[tuple[str, Any], ...]] = {
     "observer": (("", ObserverNodeConfig()),),
     "replayer": (("", ReplayerConfig()),),
     "mocap_live": (("", MocapLiveConfig()),),
-    "predictor": (("", PredictorNodeConfig()), ("", PredictorConfig())),
+    "predictor": (
+        ("", PredictorNodeConfig()),
+        ("", PredictorConfig()),
+        ("guess.", HybridConfig()),
+    ),
     "adaptation": (("", AdaptationConfig()),),
     "policy": (("", PolicyNodeConfig()), ("policy_planner.", PolicyConfig())),
     "ptomp": (("", PtompNodeConfig()), ("planner.", load_default_config())),
@@ -57,6 +62,7 @@ OPTIONS = {
     ("replayer", "trial"): "--trial",
     ("replayer", "place"): "--place",
     ("predictor", "library"): "--library",
+    ("predictor", "hybrid"): "--person",
     ("policy", "policy"): "--policy",
     ("recorder", "output"): "--record",
     ("separation_monitor", "human"): "--separation",

@@ -68,7 +68,15 @@ def launch(
         Path | None,
         typer.Option(
             help="Task library of train_promp.py. Default: trained on simulated reaches of the "
-            "scenario; with --human replay, or for itomp: none (constant velocity)."
+            "scenario; with --human replay, --person, or for itomp: none (constant velocity)."
+        ),
+    ] = None,
+    person: Annotated[
+        str | None,
+        typer.Option(
+            help="Learn the person who reaches under this name, instead of a library: optimal control "
+            "guesses the reaches for the scenario's targets, each reach mends the guess. What is learnt "
+            "is kept for the next run; scripts/people.py lists and deletes it."
         ),
     ] = None,
     parameters: Parameters = None,
@@ -103,6 +111,7 @@ def launch(
         trial=trial,
         place=place,
         library=library,
+        person=person,
         parameters=parameters,
     )
     raise typer.Exit(conduct(options, Console(), picture=picture, video=video))

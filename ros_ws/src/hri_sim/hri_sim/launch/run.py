@@ -22,6 +22,7 @@ from hri_sim.launch.cpu_meter import CpuMeter
 from hri_sim.launch.deaths import STOP
 from hri_sim.launch.folder import RunFolders
 from hri_sim.launch.held_signals import EndingSignals
+from hri_sim.launch.learning import learning
 from hri_sim.launch.moving_goals import Scene
 from hri_sim.launch.parameters import complete_parameters, read_parameters
 from hri_sim.launch.record import Series, read_run, with_baseline
@@ -69,6 +70,7 @@ class RunOptions:
         separation: What the separation monitor reckons with, one of
             :data:`hri_sim.launch.separation.SEPARATIONS`.
         on_death: What is done when a node dies, one of :data:`hri_sim.launch.deaths.ON_DEATH`.
+        person: Who reaches, whom the predictor learns and keeps in a folder; none: it learns nobody.
     """
 
     out: Path
@@ -88,6 +90,7 @@ class RunOptions:
     scene: str = "sequence"
     separation: str = DEFAULT_SEPARATION
     on_death: str = STOP
+    person: str | None = None
 
     @property
     def mover(self) -> str:
@@ -210,7 +213,11 @@ def _mover_specs(options: RunOptions, scenario: Scenario, library: Path | None) 
         **scene,
     }
     return [
-        NodeSpec("hri_prediction", "predictor", {"library": str(library) if library else ""}),
+        NodeSpec(
+            "hri_prediction",
+            "predictor",
+            {"library": str(library) if library else "", **learning(options, scenario)},
+        ),
         NodeSpec("hri_planner", "ptomp", ptomp),
     ]
 

@@ -132,7 +132,7 @@ def run_library(
         if facing is not None and (warning := facing_warning(given, facing)):
             tell(f"warning: {warning}")
         return options.library.resolve()
-    if options.human != "simulated" or not learnt:
+    if options.human != "simulated" or not learnt or options.person is not None:
         return None
     library = scenario_library(scenario, options.seed)
     if library is None:

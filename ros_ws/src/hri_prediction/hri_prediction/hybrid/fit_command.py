@@ -1,0 +1,108 @@
+"""Command line of ``scripts/fit_weights.py``: from explained reaches to what to expect of anybody."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from hri_prediction.errors import DataError, HriError
+from hri_prediction.files.content import read_text
+from hri_prediction.files.values import parse_json
+from hri_prediction.hybrid.fitting import data_of_reaches, fit_process
+from hri_prediction.hybrid.weight_file import save_process
+from hri_prediction.hybrid.weight_process import WeightData, WeightProcess, to_alpha
+
+app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+_FOLDS = 5
+
+
+def read_results(path: Path) -> WeightData:
+    """Weights of the reaches in results of ``scripts/fit_ioc.py``.
+
+    Raises:
+        DataError: the file is none of these.
+    """
+    values = parse_json(read_text(path))
+    if not isinstance(values, dict) or "reaches" not in values or "costs" not in values:
+        raise DataError(f"{path} has no explained reaches", expected="results.json of fit_ioc.py")
+    try:
+        return data_of_reaches(tuple(map(str, values["costs"])), list(values["reaches"]))
+    except (HriError, TypeError) as error:
+        raise DataError(f"{path}: {error}") from error
+
+
+def left_out(data: WeightData, seed: int = 0) -> tuple[float, float]:
+    """Mean absolute error of weights of reaches that are left out: of the process, and of their mean."""
+    order = np.random.default_rng(seed).permutation(len(data))
+    own, plain = [], []
+    for fold in range(_FOLDS):
+        held = order[fold::_FOLDS]
+        rest = np.setdiff1d(order, held)
+        process = fit_process(_rows(data, rest), seed)
+        truth = to_alpha(data.logs[held], data.names)
+        mean = to_alpha(data.logs[rest], data.names).mean(axis=0)
+        guesses = np.array([process.guess(row[:3], row[3:]).alpha for row in data.inputs[held]])
+        own.append(np.abs(guesses - truth).mean())
+        plain.append(np.abs(mean - truth).mean())
+    return float(np.mean(own)), float(np.mean(plain))
+
+
+def _rows(data: WeightData, rows: np.ndarray) -> WeightData:
+    return WeightData(data.names, data.inputs[rows], data.logs[rows], data.variance[rows])
+
+
+def describe(process: WeightProcess) -> str:
+    """Length scales of a process in words, a line a cost."""
+    names = [name for name in process.names if name != "joint_jerk"]
+    lines = []
+    for i, name in enumerate(names):
+        lengths = " ".join(f"{value:.1f}" for value in process.lengths[i])
+        lines.append(
+            f"log {name}/joint_jerk: mean {process.mean[i]:.2f}, sd {process.amplitude[i] ** 0.5:.2f}, "
+            f"lengths [rad] of q1 q2 q3 at the start and the end {lengths}"
+        )
+    return "\n".join(lines)
+
+
+@app.command(context_settings={"help_option_names": ["-h", "--help"]})
+def fit_weights(
+    results: Annotated[Path, typer.Argument(help="results.json of fit_ioc.py.")],
+    out: Annotated[Path, typer.Option(help="File of the process of weights (JSON).")],
+    seed: Annotated[int, typer.Option(help="Of the starts of the search.", min=0)] = 0,
+) -> None:
+    """Fit Gaussian processes to explained reaches: which weights of costs to expect between two postures.
+
+    The file is what the predictor takes as its parameter `weights`. Needs scikit-learn:
+    .venv/bin/python -m pip install -r requirements/training.txt
+    """
+    data = read_results(results)
+    process = fit_process(data, seed)
+    own, plain = left_out(data, seed)
+    save_process(out, process, f"{len(data)} reaches of {results.name}")
+    print(f"{len(data)} reaches; {json.dumps(list(data.names))}")
+    print(describe(process))
+    print(
+        f"reaches left out ({_FOLDS} parts): weights are off by {own:.3f}, those of the mean by {plain:.3f}"
+    )
+    print(f"{out}")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run ``fit_weights`` with ``argv`` (default: the process' arguments); its exit code."""
+    try:
+        app(args=None if argv is None else list(argv), prog_name="fit_weights.py")
+    except SystemExit as stop:
+        return stop.code if isinstance(stop.code, int) else int(stop.code is not None)
+    except HriError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    except OSError as error:
+        print(f"error: {error.filename}: {error.strerror or error}", file=sys.stderr)
+        return 1
+    return 0

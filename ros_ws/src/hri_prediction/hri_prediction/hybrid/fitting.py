@@ -1,0 +1,99 @@
+"""Fitting a process of weights to what inverse optimal control found."""
+
+from __future__ import annotations
+
+import importlib.util
+import warnings
+from typing import Any
+
+import numpy as np
+
+from hri_prediction.errors import ConfigError, DataError
+from hri_prediction.hybrid.weight_process import WeightData, WeightProcess
+
+LEAST_REACHES = 10
+_LENGTHS_RAD = (0.5, 10.0)
+_AMPLITUDES = (0.05, 20.0)
+_RESTARTS = 3
+
+
+def check_scikit_learn() -> None:
+    """Say at once that fitting will need what is not installed.
+
+    Raises:
+        ConfigError: naming the command that installs it.
+    """
+    if importlib.util.find_spec("sklearn") is None:
+        raise ConfigError(
+            "fitting Gaussian processes needs scikit-learn, which is not installed",
+            hint="run: .venv/bin/python -m pip install -r requirements/training.txt",
+        )
+
+
+def fit_process(data: WeightData, seed: int = 0) -> WeightProcess:
+    """Length scales and amplitudes of greatest likelihood, of each logarithm by itself.
+
+    What observations scatter more than their variances say is added to these.
+
+    Args:
+        data: Of many reaches.
+        seed: Of the starts of the search.
+
+    Raises:
+        ConfigError: without scikit-learn.
+        DataError: on fewer than ten reaches.
+    """
+    if len(data) < LEAST_REACHES:
+        raise DataError(f"weights of {len(data)} reaches", expected=f"{LEAST_REACHES} or more")
+    check_scikit_learn()
+    from sklearn.gaussian_process import GaussianProcessRegressor
+    from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
+
+    means, amplitudes, lengths, variances = [], [], [], []
+    for logs, variance in zip(data.logs.T, data.variance.T, strict=True):
+        mean = float(np.average(logs, weights=1.0 / (variance + np.var(logs))))
+        process = GaussianProcessRegressor(
+            ConstantKernel(1.0, _AMPLITUDES) * RBF(np.ones(6), _LENGTHS_RAD)
+            + WhiteKernel(0.1, (1e-4, 10.0)),
+            alpha=variance,
+            n_restarts_optimizer=_RESTARTS,
+            random_state=seed,
+        )
+        with warnings.catch_warnings():
+            # A length scale at its bound means that an angle says nothing; that is no fault.
+            warnings.simplefilter("ignore")
+            process.fit(data.inputs, logs - mean)
+        smooth, white = process.kernel_.k1, process.kernel_.k2
+        means.append(mean)
+        amplitudes.append(smooth.k1.constant_value)
+        lengths.append(smooth.k2.length_scale)
+        variances.append(variance + white.noise_level)
+    own = WeightData(data.names, data.inputs, data.logs, np.array(variances).T)
+    return WeightProcess(own, np.array(means), np.array(amplitudes), np.array(lengths))
+
+
+def data_of_reaches(names: tuple[str, ...], rows: list[dict[str, Any]]) -> WeightData:
+    """Observations of the reaches that ``scripts/fit_ioc.py`` writes into its results.
+
+    Raises:
+        DataError: when a row lacks something, or none was explained.
+    """
+    try:
+        done = [row for row in rows if not row["error"]]
+        columns = {
+            key: np.array([row[key] for row in done], dtype=float)
+            for key in ("q_start_deg", "q_end_deg", "alpha", "sd")
+        }
+    except (LookupError, TypeError, ValueError) as error:
+        raise DataError(
+            f"a reach of the results lacks or garbles {error}", expected="results of fit_ioc.py"
+        ) from error
+    if not done:
+        raise DataError("no reach was explained", expected=f"{LEAST_REACHES} or more")
+    return WeightData.of(
+        names,
+        np.radians(columns["q_start_deg"]),
+        np.radians(columns["q_end_deg"]),
+        columns["alpha"],
+        columns["sd"],
+    )

@@ -1,0 +1,169 @@
+"""What the hybrid loop is to know of an arm that is followed: where it rests, and reaches that ended."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hri_prediction.errors import DataError
+from hri_prediction.hybrid.body import BodyArm, facing_towards
+from hri_prediction.hybrid.config import HybridConfig
+from hri_prediction.hybrid.person import Rest, SeenReach
+from hri_prediction.prediction.config import PredictorConfig
+from hri_prediction.prediction.library import demonstration
+from hri_prediction.prediction.predictor import ReachPredictor
+from hri_prediction.tracks.track import ArmSample, ArmTrack
+
+Array = NDArray[np.float64]
+
+_KEPT = 4096
+"""Samples: 16 s at 250 Hz. Longer reaches are not learnt."""
+_MEASURED = 100
+"""Samples that lengths of an arm are the medians of; before there are so many, it is not known."""
+_REST_NS = 100_000_000
+_STILL_M = 0.008
+"""An arm rests whose wrist has been idle, and within this distance, for so long."""
+_AROUND_NS = 100_000_000
+
+
+class ArmWatch:
+    """Looks on while a predictor follows an arm.
+
+    Args:
+        side: Which arm.
+        targets: Where the tip of the hand may end, by name (3,) [m], in the world.
+        predictor: Settings of the predictor.
+        config: Of the hybrid.
+        facing_rad: Where the person faces in the world; none: where the targets are.
+    """
+
+    def __init__(
+        self,
+        side: str,
+        targets: Mapping[str, Array],
+        predictor: PredictorConfig,
+        config: HybridConfig,
+        facing_rad: float | None = None,
+    ) -> None:
+        self.side = side
+        self._targets = np.array(list(targets.values()))
+        self._predictor, self._config = predictor, config
+        self._facing = facing_rad
+        self._stamps = np.zeros(_KEPT, dtype=np.int64)
+        self._points = np.full((_KEPT, 4, 3), np.nan)
+        self._count = 0
+        self._body: BodyArm | None = None
+        self._idle_since: int | None = None
+        self._anchor = np.full(3, np.nan)
+        self._told: Array | None = None
+        self._questions: list[Rest | SeenReach] = []
+        self.unusable = 0
+
+    def observe(self, sample: ArmSample, predictor: ReachPredictor) -> None:
+        """Take a sample that the predictor has taken before."""
+        if self._count and sample.stamp_ns <= self._stamps[(self._count - 1) % _KEPT]:
+            self._count = 0  # the clock went back: what was before is another recording
+        place = self._count % _KEPT
+        self._stamps[place] = sample.stamp_ns
+        self._points[place] = sample.keypoints
+        self._count += 1
+        finished = predictor.take_finished()
+        if finished is not None:
+            self._reached(*finished)
+        if not sample.valid[2]:
+            return
+        wrist = sample.keypoints[2]
+        # A reach is noticed when it has gone on for a while: what moves does not rest.
+        still = bool(np.abs(wrist - self._anchor).max() < _STILL_M)
+        if predictor.reaching:
+            self._idle_since = None
+        elif self._idle_since is None or self._idle_since > sample.stamp_ns or not still:
+            self._idle_since = sample.stamp_ns
+            self._anchor = wrist
+        elif sample.stamp_ns - self._idle_since >= _REST_NS:
+            self._rests(sample)
+
+    def questions(self) -> list[Rest | SeenReach]:
+        """What is to be told since last asked."""
+        found, self._questions = self._questions, []
+        return found
+
+    def _rests(self, sample: ArmSample) -> None:
+        if not sample.valid[:3].all():
+            return
+        points = self._whole(sample.keypoints)
+        if self._told is not None and (
+            np.linalg.norm(points - self._told, axis=1).max() < 0.5 * self._config.moved
+        ):
+            return
+        body = self._known_body()
+        if body is None:
+            return
+        self._told = points
+        self._questions.append(Rest(body, points))
+
+    def _reached(self, onset_ns: int, end_ns: int) -> None:
+        """Cut out a reach; it is left out where too little of it was seen."""
+        self._told = None  # what may come next is another question now
+        body = self._known_body()
+        stamps, points = self._newest()
+        inside = (stamps >= onset_ns - _AROUND_NS) & (stamps <= end_ns + _AROUND_NS)
+        if body is None or np.count_nonzero(inside) < 2 or stamps[0] > onset_ns:
+            self.unusable += 1
+            return
+        times = 1e-9 * (stamps[inside] - onset_ns)
+        try:
+            track = ArmTrack(times, points[inside], side=self.side)
+            duration_s = 1e-9 * (end_ns - onset_ns)
+            demo = demonstration(track, 0.0, duration_s, self._predictor.demonstration_points)
+            first, last = self._nearest(track, 0.0), self._nearest(track, duration_s)
+        except DataError:
+            self.unusable += 1
+            return
+        self._questions.append(
+            SeenReach(body, demo.phases, demo.values, first[0], first[3], last[3], duration_s)
+        )
+
+    def _nearest(self, track: ArmTrack, time_s: float) -> Array:
+        """The whole arm nearest to a time."""
+        seen = np.flatnonzero(np.isfinite(track.keypoints[:, :3]).all(axis=(1, 2)))
+        if not len(seen):
+            raise DataError("shoulder, elbow and wrist are never seen together")
+        row = seen[np.abs(track.time_s[seen] - time_s).argmin()]
+        return self._whole(track.keypoints[row])
+
+    def _whole(self, points: Array) -> Array:
+        """An arm (4, 3) with a tip: along the forearm, where it was not seen."""
+        if np.isfinite(points[3]).all():
+            return np.array(points)
+        forearm = points[2] - points[1]
+        length = self._body.hand_m if self._body is not None else self._predictor.hand_length
+        found = np.array(points)
+        found[3] = points[2] + forearm * (length / max(float(np.linalg.norm(forearm)), 1e-6))
+        return found
+
+    def _newest(self) -> tuple[NDArray[np.int64], Array]:
+        """What is kept, the oldest first."""
+        kept = min(self._count, _KEPT)
+        order = np.arange(self._count - kept, self._count) % _KEPT
+        return self._stamps[order], self._points[order]
+
+    def _known_body(self) -> BodyArm | None:
+        """The arm with its lengths, once enough was seen of it."""
+        if self._body is None and self._count >= _MEASURED:
+            _, points = self._newest()
+            shoulders = points[:, 0][np.isfinite(points[:, 0]).all(axis=1)]
+            if not len(shoulders):
+                return None
+            facing = self._facing
+            if facing is None:
+                facing = facing_towards(np.median(shoulders, axis=0), self._targets)
+            try:
+                self._body = BodyArm.measured(
+                    points, self.side, facing, self._predictor.hand_length
+                )
+            except DataError:
+                return None
+        return self._body

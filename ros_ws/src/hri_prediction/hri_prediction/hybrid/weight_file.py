@@ -1,0 +1,105 @@
+"""Processes of weights on the disk: JSON, so that people can read them."""
+
+from __future__ import annotations
+
+import importlib.resources
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hri_prediction.errors import ConfigError, DataError
+from hri_prediction.files.content import read_text
+from hri_prediction.files.values import parse_json
+from hri_prediction.hybrid.weight_process import WeightData, WeightProcess
+
+FORMAT = "hri-weight-process-1"
+SHIPPED = "first_weights.json"
+"""Fitted to what inverse optimal control makes of the mean reaches of 15 simulated people for the 108 tasks
+of the thesis' chapter 3 (``scripts/fit_weights.py``)."""
+
+
+MOST = 2000
+"""Observations: time goes with the third power of their number."""
+
+
+def data_to_values(data: WeightData) -> dict[str, Any]:
+    """Observations as plain values, with five digits."""
+    return {
+        "costs": list(data.names),
+        **{
+            name: [[float(f"{v:.5g}") for v in row] for row in getattr(data, name).tolist()]
+            for name in ("inputs", "logs", "variance")
+        },
+    }
+
+
+def data_of_values(values: Any) -> WeightData:
+    """Inverse of :func:`data_to_values`.
+
+    Raises:
+        DataError: something is missing, or does not fit together.
+    """
+    try:
+        names = tuple(map(str, values["costs"]))
+        arrays = [np.array(values[key], dtype=float) for key in ("inputs", "logs", "variance")]
+        if not len(arrays[0]):
+            return WeightData.none(names)
+        if len(arrays[0]) > MOST:
+            raise DataError(f"{len(arrays[0])} observed weights", expected=f"{MOST} at most")
+        return WeightData(names, *arrays)
+    except ConfigError as error:
+        raise DataError(error.problem, expected=error.expected) from error
+    except (ArithmeticError, LookupError, TypeError, ValueError) as error:
+        raise DataError(
+            f"observed weights lack or garble {error}", expected="costs, inputs, logs, variance"
+        ) from error
+
+
+def save_process(path: Path, process: WeightProcess, origin: str) -> None:
+    """Write a process.
+
+    Args:
+        path: File.
+        process: What people's weights are like.
+        origin: What it was fitted to, in words.
+    """
+    content = {
+        "format": FORMAT,
+        "origin": origin,
+        "mean": process.mean.tolist(),
+        "amplitude": process.amplitude.tolist(),
+        "lengths_rad": process.lengths.tolist(),
+        **data_to_values(process.data),
+    }
+    lines = [f" {json.dumps(k)}: {json.dumps(v, allow_nan=False)}" for k, v in content.items()]
+    path.write_text("{\n" + ",\n".join(lines) + "\n}\n")
+
+
+def load_process(path: Path | None = None) -> WeightProcess:
+    """Read a process.
+
+    Args:
+        path: File; none: the one that ships with the package.
+
+    Raises:
+        DataError: it is missing, damaged, or something else.
+    """
+    if path is None:
+        text = importlib.resources.files("hri_prediction.hybrid").joinpath(SHIPPED).read_text()
+        where = SHIPPED
+    else:
+        text, where = read_text(path), str(path)
+    try:
+        values = parse_json(text)
+        if not isinstance(values, dict) or values.get("format") != FORMAT:
+            raise DataError("it is no process of weights", expected=f"JSON of format {FORMAT}")
+        return WeightProcess(
+            data_of_values(values),
+            *(np.array(values[key], dtype=float) for key in ("mean", "amplitude", "lengths_rad")),
+        )
+    except DataError as error:
+        raise DataError(f"{where}: {error.problem}", expected=error.expected) from error
+    except (ArithmeticError, LookupError, TypeError, ValueError, np.linalg.LinAlgError) as error:
+        raise DataError(f"{where}: it lacks or garbles {error}") from error

@@ -1,0 +1,187 @@
+"""Command line of ``scripts/reproduce_hybrid.py``: the hybrid predictor on trial."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import joblib
+import numpy as np
+import typer
+from rich.console import Console
+
+from hri_prediction.errors import HriError
+from hri_prediction.hybrid.body import CONVENTION
+from hri_prediction.hybrid.weight_file import load_process
+from hri_prediction.motor_control.batch import prepare
+from hri_prediction.results.options import Workers, make_folders
+from hri_prediction.results.origin import available_cores, results_origin
+from hri_prediction.results.progress import ProgressLine
+from hri_sim.hybrid import pictures, tables
+from hri_sim.hybrid.latency import measure, stream
+from hri_sim.hybrid.real import SOURCE, read, run_real
+from hri_sim.hybrid.report import report
+from hri_sim.hybrid.subjects import (
+    DRIFT_M,
+    FAMILIES,
+    OFFSET_M,
+    SCALE,
+    VARIABILITY_M,
+    draw_subjects,
+)
+from hri_sim.hybrid.trial import COUNTS, Course, run_person
+from hri_sim.policies.evaluation import finite
+
+DATA_VARIABLE = "HRI_DATA_DIR"
+RESULTS, SMOKE_RESULTS = Path("docs/results"), Path("runs/smoke_hybrid")
+FILE, TEXT, PICTURES = "hybrid.json", "hybrid.md", "hybrid"
+PEOPLE = 5
+
+app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+
+
+@dataclass(frozen=True)
+class Extent:
+    """How much is done.
+
+    Attributes:
+        people: Of each family.
+        families: Which.
+        counts: Reaches seen before predictions are judged.
+        judged: Reaches that each is judged by.
+        reaches: Of the person whom latency is measured with.
+    """
+
+    people: int
+    families: tuple[str, ...]
+    counts: tuple[int, ...]
+    judged: int
+    reaches: int
+
+
+FULL = Extent(PEOPLE, FAMILIES, COUNTS, 5, 60)
+SMOKE = Extent(2, FAMILIES[:1], (0, 1, 5), 3, 8)
+
+
+def run_family(
+    family: str, extent: Extent, seed: int, workers: int, progress: Callable[[int, int], None]
+) -> list[Course]:
+    """All people of a family, each by itself."""
+    subjects = draw_subjects(
+        extent.people, family, np.random.default_rng([seed, FAMILIES.index(family)])
+    )
+    results = joblib.Parallel(n_jobs=workers, return_as="generator")(
+        joblib.delayed(run_person)(
+            subject,
+            [other for other in subjects if other is not subject],
+            np.random.default_rng([seed, FAMILIES.index(family), index]),
+            variability_m=VARIABILITY_M,
+            counts=extent.counts,
+            judged=extent.judged,
+        )
+        for index, subject in enumerate(subjects)
+    )
+    courses = []
+    for course in results:
+        courses.append(course)
+        progress(len(courses), len(subjects))
+    return courses
+
+
+def of_real() -> dict[str, Any]:
+    """Recorded people, where they are."""
+    folder = os.environ.get(DATA_VARIABLE, "")
+    file = Path(folder) / SOURCE
+    if not folder:
+        return {"skipped": f"{DATA_VARIABLE} is not set"}
+    if not file.is_file():
+        return {"skipped": f"{SOURCE} is not in ${DATA_VARIABLE}"}
+    try:
+        repeated, skipped = read(file)
+    except HriError as error:
+        return {"skipped": str(error)}
+    return {**tables.of_real(run_real(repeated)), "unusable": skipped}
+
+
+@app.command(context_settings={"help_option_names": ["-h", "--help"]})
+def reproduce_hybrid(
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help=f"Folder for {TEXT}, {FILE} and {PICTURES}/*.png. Default: {RESULTS}; smoke: "
+            f"{SMOKE_RESULTS}."
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Of people and all that they do.", min=0)] = 0,
+    workers: Workers = None,
+    smoke: Annotated[
+        bool, typer.Option("--smoke", help="Two people of one family, five reaches each.")
+    ] = False,
+) -> None:
+    """Compare first guesses of people's reaches, and how they get better with each reach that is seen.
+
+    Simulated people, who do not move as the models of the predictor do, and recorded ones (found through
+    HRI_DATA_DIR; left out, with the reason, where it is not set). Takes some minutes; the last part
+    measures latencies: leave the machine alone then.
+    """
+    console = Console()
+    out = out or (SMOKE_RESULTS if smoke else RESULTS)
+    extent = SMOKE if smoke else FULL
+    make_folders(out=out)
+    (out / PICTURES).mkdir(exist_ok=True)
+    origin = results_origin()
+    families: dict[str, Any] = {}
+    with ProgressLine(console) as progress:
+        prepare((CONVENTION,))
+        for family in extent.families:
+            progress.say(f"simulated people, {family}")
+            families[family] = tables.of_courses(
+                run_family(family, extent, seed, workers or available_cores(), progress.count)
+            )
+        progress.say("recorded people")
+        real = {"skipped": "--smoke"} if smoke else of_real()
+        samples = stream(extent.reaches, seed)
+        latency = {}
+        for name, hybrid in (("alone", False), ("learning beside", True)):
+            progress.say(f"latency, {name}")
+            latency[name] = asdict(measure(samples, hybrid, progress=progress.count))
+    content = finite(
+        {
+            "origin": origin,
+            "setting": {
+                "seed": seed,
+                "smoke": smoke,
+                "people": extent.people,
+                "judged": extent.judged,
+                "offset_cm": 100.0 * OFFSET_M,
+                "drift_cm": 100.0 * DRIFT_M,
+                "scale": SCALE,
+                "variability_mm": 1000.0 * VARIABILITY_M,
+            },
+            "families": families,
+            "real": real,
+            "latency": latency,
+        }
+    )
+    (out / FILE).write_text(json.dumps(content, indent=1, allow_nan=False) + "\n")
+    (out / TEXT).write_text(report(content))
+    pictures.errors(families["optimal"], out / PICTURES / "errors.png")
+    pictures.weights(
+        families["optimal"], list(load_process().names), out / PICTURES / "weights.png"
+    )
+    for guess, curve in families["optimal"]["curves"].items():
+        values = ", ".join(
+            f"{value:.2f} cm after {count}" for count, value in curve["warped_m"].items()
+        )
+        console.print(f"{guess:<16} {values}", highlight=False)
+    console.print(f"table: {out / TEXT}", highlight=False, soft_wrap=True)
+
+
+def main() -> int:
+    """Entry point."""
+    app(prog_name="reproduce_hybrid.py")
+    return 0

@@ -1,0 +1,163 @@
+"""The text of ``hybrid.md``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from hri_prediction.motor_control.results_table import markdown
+from hri_prediction.results.origin import origin_line
+from hri_sim.hybrid.first_guesses import GUESSES, OPTIMAL, STRAIGHT
+
+BARS_CM = {"0": 2.7, "2": 2.0, "5": 1.5}
+"""After so many reaches, target and duration told, from the first guess of optimal control."""
+BAR_DIVERGENCE = 0.05
+
+
+def report(content: Mapping[str, Any]) -> str:
+    """The whole text."""
+    setting = content["setting"]
+    smoke = " --smoke" if setting["smoke"] else ""
+    text = [
+        "# A first guess by optimal control, mended by a person's own reaches\n",
+        f"Made by `scripts/reproduce_hybrid.py --seed {setting['seed']}{smoke}`.\n",
+        f"{origin_line(content['origin'])}\n",
+        f"{setting['people']} simulated people of each family reached for four targets from one "
+        "posture. "
+        f"Their mean paths lie {setting['offset_cm']:.0f} cm aside of where the shoulder is taken to be, "
+        f"drift off by {setting['drift_cm']:.0f} cm until they end, and are {setting['scale']:.0%} "
+        f"larger or smaller than measured lengths say; each reach strays from them by "
+        f"{setting['variability_mm']:.0f} mm (root mean square). The predictor sees the first 30 % of "
+        "a reach and predicts the rest of the wrist's path: "
+        "errors are distances by dynamic time warping, by sample. "
+        f"Means over people and targets, {setting['judged']} reaches each that are not learnt.\n",
+    ]
+    for family, found in content["families"].items():
+        text += _family(family, found)
+    text += _bars(content)
+    text += _real(content["real"])
+    text += _latency(content["latency"])
+    return "\n".join(text) + "\n"
+
+
+def _curve_table(found: Mapping[str, Any], kind: str) -> str:
+    counts = list(found[GUESSES[0]][kind])
+    head = ("first guess", *(f"after {count}" for count in counts))
+    rows = [(guess, *(f"{found[guess][kind][count]:.2f}" for count in counts)) for guess in GUESSES]
+    return markdown(head, rows)
+
+
+def _family(family: str, found: Mapping[str, Any]) -> list[str]:
+    weights = found["weights"]
+    text = [
+        f"## Simulated people, `{family}`\n",
+        "Rest of the path [cm], target and duration told (as the thesis has it):\n",
+        _curve_table(found["curves"], "warped_m"),
+        "Its end point [cm], likewise:\n",
+        _curve_table(found["curves"], "end_m"),
+        "Rest of the path [cm], neither told, as the node predicts:\n",
+        _curve_table(found["curves"], "untold_m"),
+    ]
+    if weights["explained"]:
+        text.append(
+            f"Mean paths explained after all reaches: {weights['explained']}"
+            + (f", not explained {len(weights['failed'])}" if weights["failed"] else "")
+            + f". The optimum is {weights['before_cm']:.2f} cm from the mean path with the weights that "
+            f"the process of all people guesses, {weights['after_cm']:.2f} cm with those that were found."
+        )
+    if weights["alpha_error_person"] is not None:
+        text.append(
+            "Weights of a target that was not explained yet are off by "
+            f"{weights['alpha_error_people']:.3f} as guessed from all people, and by "
+            f"{weights['alpha_error_person']:.3f} as guessed with what this person's other targets taught."
+        )
+    return [*text, ""]
+
+
+def _bars(content: Mapping[str, Any]) -> list[str]:
+    found = content["families"]["optimal"]
+    curve = found["curves"]
+    rows = [
+        (
+            f"rest of the path after {count} reaches",
+            f"≤ {bar} cm",
+            f"{curve[OPTIMAL]['warped_m'][count]:.2f} cm",
+        )
+        for count, bar in BARS_CM.items()
+        if count in curve[OPTIMAL]["warped_m"]
+    ]
+    rows.append(
+        (
+            "the same before any reach, beside the straight line",
+            "below",
+            f"{curve[OPTIMAL]['warped_m']['0']:.2f} beside {curve[STRAIGHT]['warped_m']['0']:.2f} cm",
+        )
+    )
+    if len(found["divergence"]) >= 10:
+        rows.append(
+            (
+                "Kullback-Leibler divergence by weight of the 10th update (median)",
+                f"< {BAR_DIVERGENCE}",
+                f"{found['divergence'][9]:.4f}",
+            )
+        )
+    return [
+        "## What is asked for\n",
+        "Family `optimal`, target and duration told.\n",
+        markdown(("what", "bar", "here"), rows),
+        "![errors](hybrid/errors.png)\n",
+        "Like figure 3.9 of the thesis: errors of each person and target by reaches seen, and the "
+        "divergence of each update.\n",
+        "![weights](hybrid/weights.png)\n",
+        "Like figure 3.10: distance of the optimum to the mean path with guessed and with new weights, and "
+        "the new weights beside the true ones.\n",
+    ]
+
+
+def _real(found: Mapping[str, Any]) -> list[str]:
+    if "skipped" in found:
+        return ["## Recorded people\n", f"Left out: {found['skipped']}.\n"]
+    text = [
+        "## Recorded people\n",
+        f"{found['people']} people of `reach_adl_vicon` (github.com/MiaH-kin/UE_ADLdatabase), each arm, "
+        "each of two targets, up to five reaches; each reach is the first one in turn. Where a target was "
+        "is not recorded: it is taken to be the median of where the person's wrist ends. Rest of the path "
+        "[cm], target and duration told:\n",
+        _curve_table(found["curves"], "warped_m"),
+        "Its end point [cm]:\n",
+        _curve_table(found["curves"], "end_m"),
+        f"Mean paths explained: {found['explained']}, the optimum {found['before_cm']:.2f} cm from them "
+        f"with guessed and {found['after_cm']:.2f} cm with new weights (medians)."
+        if found["explained"]
+        else "No mean path was explained.",
+    ]
+    if found["not_explained"]:
+        text.append(
+            "\nLeft out: "
+            + "; ".join(f"{name}: {why}" for name, why in found["not_explained"].items())
+            + "."
+        )
+    return [*text, ""]
+
+
+def _latency(found: Mapping[str, Any]) -> list[str]:
+    rows: Sequence[tuple[str, ...]] = [
+        (
+            name,
+            f"{each['p50']:.2f}",
+            f"{each['p99']:.2f}",
+            f"{each['most']:.1f}",
+            str(each["count"]),
+            str(each["learnt"]),
+            str(each["explained"]),
+        )
+        for name, each in found.items()
+    ]
+    return [
+        "## Whether predictions wait\n",
+        "Time from a sample to the prediction from it while the arm reaches, at 250 Hz in real time, with "
+        "and without the process that learns beside:\n",
+        markdown(
+            ("", "p50 [ms]", "p99 [ms]", "most [ms]", "predictions", "learnt", "explained"), rows
+        ),
+    ]

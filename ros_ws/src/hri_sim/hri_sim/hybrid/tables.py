@@ -1,0 +1,111 @@
+"""What the trials say, as figures for the table, the pictures and the file of results."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from hri_prediction.hybrid.why import Why
+from hri_sim.hybrid.first_guesses import GUESSES
+from hri_sim.hybrid.real import RealCourse
+from hri_sim.hybrid.trial import Course, Judged
+
+KINDS = ("warped_m", "end_m", "untold_m", "untold_end_m")
+
+
+def curves(judged: Sequence[Judged]) -> dict[str, dict[str, dict[str, float]]]:
+    """Mean errors [cm] by first guess, kind, and number of reaches seen."""
+    counts = sorted({each.seen for each in judged})
+    found: dict[str, dict[str, dict[str, float]]] = {}
+    for guess in GUESSES:
+        found[guess] = {}
+        for kind in KINDS:
+            values = {
+                str(count): [
+                    getattr(each, kind)
+                    for each in judged
+                    if each.guess == guess and each.seen == count
+                ]
+                for count in counts
+            }
+            found[guess][kind] = {
+                count: 100.0 * float(np.mean(each)) for count, each in values.items()
+            }
+    return found
+
+
+def divergence(rows: Sequence[Sequence[float]]) -> list[float]:
+    """Median over people and targets of the divergence of each update."""
+    longest = max((len(row) for row in rows), default=0)
+    return [float(np.median([row[k] for row in rows if len(row) > k])) for k in range(longest)]
+
+
+def explanations(courses: Sequence[Course]) -> dict[str, Any]:
+    """How much nearer the optimum comes by new weights, and whether they help elsewhere."""
+    done = [why for course in courses for why in course.whys.values() if isinstance(why, Why)]
+    failed = [why for course in courses for why in course.whys.values() if isinstance(why, str)]
+    # The first target has taught nothing yet.
+    later = [pair for course in courses for pair in list(course.guessed.values())[1:]]
+    return {
+        "explained": len(done),
+        "failed": failed,
+        "before_cm": 100.0 * float(np.mean([why.before_m for why in done])) if done else None,
+        "after_cm": 100.0 * float(np.mean([why.after_m for why in done])) if done else None,
+        "alpha_error_people": float(np.mean([pair[0] for pair in later])) if later else None,
+        "alpha_error_person": float(np.mean([pair[1] for pair in later])) if later else None,
+    }
+
+
+def of_courses(courses: Sequence[Course]) -> dict[str, Any]:
+    """All figures of simulated people of a family."""
+    judged = [each for course in courses for each in course.judged]
+    rows = [row for course in courses for row in course.divergences.values()]
+    return {
+        "curves": curves(judged),
+        "divergence": divergence(rows),
+        "weights": explanations(courses),
+        "people": {
+            f"S{i + 1}": {
+                target: {
+                    "alpha": why.alpha.tolist(),
+                    "truth": course.truth[target],
+                    "before_cm": 100.0 * why.before_m,
+                    "after_cm": 100.0 * why.after_m,
+                }
+                for target, why in course.whys.items()
+                if isinstance(why, Why)
+            }
+            for i, course in enumerate(courses)
+        },
+        "errors": {
+            f"S{i + 1}": {
+                target: {
+                    str(each.seen): 100.0 * each.warped_m
+                    for each in course.judged
+                    if each.guess == GUESSES[0] and each.target == target
+                }
+                for target in course.truth
+            }
+            for i, course in enumerate(courses)
+        },
+    }
+
+
+def of_real(course: RealCourse) -> dict[str, Any]:
+    """All figures of recorded people."""
+    done = [why for why in course.whys.values() if isinstance(why, Why)]
+    return {
+        "people": len({each.person.split()[0] for each in course.judged}),
+        "curves": curves(course.judged),
+        "divergence": divergence(course.divergences),
+        "not_explained": {
+            f"{person} {target}": why
+            for (person, target), why in course.whys.items()
+            if isinstance(why, str)
+        },
+        "explained": len(done),
+        "before_cm": 100.0 * float(np.median([why.before_m for why in done])) if done else None,
+        "after_cm": 100.0 * float(np.median([why.after_m for why in done])) if done else None,
+    }

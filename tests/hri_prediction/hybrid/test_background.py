@@ -1,0 +1,183 @@
+"""The loop beside a predictor: what it sees, in a process of its own, and when that ends."""
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from reaching import reach_of
+
+from hri_prediction.errors import DataError
+from hri_prediction.hybrid.background import (
+    Background,
+    Expected,
+    Explained,
+    Inline,
+    Learnt,
+    Reached,
+    Rested,
+    Setup,
+    Trouble,
+    _still_asked,
+)
+from hri_prediction.hybrid.config import HybridConfig
+from hri_prediction.hybrid.person import HybridPerson, Rest, SeenReach
+from hri_prediction.hybrid.store import PeopleStore
+from hri_prediction.hybrid.task import TaskKey
+from hri_prediction.hybrid.watch import ArmWatch
+from hri_prediction.hybrid.weight_file import save_process
+from hri_prediction.prediction.config import PredictorConfig
+from hri_prediction.prediction.predictor import ReachPredictor
+from hri_prediction.tracks.track import ArmSample
+
+KEY = TaskKey("right", "rest", "near")
+
+
+@pytest.fixture
+def setup(targets, people, tmp_path):
+    save_process(tmp_path / "weights.json", people, "a test")
+    config = HybridConfig(settled=0.5, settled_reaches=2)
+    return Setup(targets, PredictorConfig(), config, tmp_path / "weights.json", tmp_path / "people")
+
+
+def reaches(targets, people, rest, count):
+    person, rng = HybridPerson(targets, people), np.random.default_rng(1)
+    person.at_rest(rest)
+    return [
+        reach_of(person, rest, KEY, rng, aside=np.array([0.0, 0.01, 0.0])) for _ in range(count)
+    ]
+
+
+def wait_for(loop, kind, seconds=60.0):
+    end = time.monotonic() + seconds
+    found = []
+    while time.monotonic() < end:
+        found += loop.answers()
+        if any(isinstance(answer, kind) for answer in found):
+            return found
+        time.sleep(0.01)
+    raise AssertionError(f"no {kind.__name__} among {found}")
+
+
+def test_a_process_guesses_learns_explains_and_ends(setup, targets, people, rest):
+    loop = Background(setup)
+    try:
+        loop.ask(Rested("anna", rest))
+        (expected,) = wait_for(loop, Expected)
+        assert (expected.person, expected.side) == ("anna", "right")
+        assert len(expected.library.tasks) == 2
+        for reach in reaches(targets, people, rest, 4):
+            loop.ask(Reached("anna", reach))
+        found = wait_for(loop, Explained)
+        assert [answer.seen for answer in found if isinstance(answer, Learnt)] == [1, 2, 3, 4]
+        assert PeopleStore(setup.store).people()[0].reaches == {"right near_from_rest": 4}
+    finally:
+        loop.close()
+    assert not loop.alive
+
+
+def test_at_once_it_says_the_same(setup, targets, people, rest):
+    loop = Inline(setup)
+    loop.ask(Rested("anna", rest))
+    assert isinstance(loop.answers()[0], Expected)
+    for reach in reaches(targets, people, rest, 4):
+        loop.ask(Reached("anna", reach))
+    kinds = [type(answer) for answer in loop.answers()]
+    assert kinds.count(Learnt) == 4
+    assert Explained in kinds
+    assert loop.answers() == []
+
+
+def test_it_ends_with_whoever_started_it(setup):
+    loop = Background(setup)
+    loop._connection.close()  # as when the predictor is killed
+    loop._process.join(60.0)
+    assert loop._process.exitcode == 0
+
+
+def test_trouble_is_told_and_does_not_end_it(setup, rest, targets):
+    loop = Inline(setup)
+    far = Rest(rest.body, rest.points + 5.0)
+    loop.ask(Rested("anna", far))
+    (answer,) = loop.answers()
+    assert isinstance(answer, Trouble)
+    assert "no target can be reached" in answer.text
+    loop.ask(Rested("../anna", rest))
+    (answer,) = loop.answers()
+    assert "letters, digits" in answer.text
+
+
+def test_overtaken_questions_are_dropped(rest, targets, people):
+    (reach,) = reaches(targets, people, rest, 1)
+    old, new = Rested("anna", rest), Rested("anna", rest)
+    other, learnt = Rested("berta", rest), Reached("anna", reach)
+    assert _still_asked([old, learnt, other, new, None]) == [learnt, other, new, None]
+
+
+def test_a_wrong_file_of_weights_is_named_at_once(setup, tmp_path):
+    with pytest.raises(DataError, match="nowhere"):
+        Background(replace(setup, weights=tmp_path / "nowhere.json"))
+
+
+def samples_of(rest, way, side="right"):
+    """An arm that rests, goes along a way (P, 6) from the shoulder within 0.8 s, and rests."""
+    shoulder = rest.points[0]
+    phases = np.concatenate([np.zeros(100), np.linspace(0.0, 1.0, 200), np.ones(100)])
+    rise = phases**3 * (10.0 - 15.0 * phases + 6.0 * phases**2)
+    for number, share in enumerate(rise):
+        points = np.zeros((4, 3))
+        elbow_wrist = np.array(
+            [np.interp(share, np.linspace(0.0, 1.0, len(way)), column) for column in way.T]
+        ).reshape(2, 3)
+        points[1:3] = elbow_wrist
+        forearm = elbow_wrist[1] - elbow_wrist[0]
+        points[3] = elbow_wrist[1] + 0.09 * forearm / np.linalg.norm(forearm)
+        yield ArmSample(4_000_000 * (number + 1), points + shoulder, np.ones(4, dtype=bool), side)
+
+
+def test_a_watch_sees_rest_and_reaches(targets, people, rest):
+    person = HybridPerson(targets, people)
+    person.at_rest(rest)
+    way = person.tasks[KEY].path.values
+    watch = ArmWatch("right", targets, PredictorConfig(), HybridConfig())
+    predictor = ReachPredictor()
+    found = []
+    for sample in samples_of(rest, way):
+        predictor.observe(sample)
+        watch.observe(sample, predictor)
+        found += watch.questions()
+    kinds = [type(each) for each in found]
+    assert kinds == [Rest, SeenReach, Rest]
+    reach = found[1]
+    assert watch.unusable == 0
+    assert 0.5 < reach.duration_s < 0.8
+    np.testing.assert_allclose(reach.values[0], way[0], atol=0.01)
+    np.testing.assert_allclose(reach.values[-1], way[-1], atol=0.01)
+    assert found[0].body.arm.upper_m == pytest.approx(rest.body.arm.upper_m, abs=0.002)
+    # And the loop takes both.
+    assert person.reached(reach) == KEY
+
+
+def test_a_predictor_takes_a_library_between_reaches_only(targets, people, rest):
+    person = HybridPerson(targets, people)
+    library = person.at_rest(rest)
+    way = person.tasks[KEY].path.values
+    predictor = ReachPredictor()
+    taken = []
+    for sample in samples_of(rest, way):
+        predictor.observe(sample)
+        taken.append(predictor.expect(library))
+    assert taken[0]
+    assert not all(taken)
+    assert taken[-1]
+    # Known from the start, the reach is recognised on the way.
+    predictor = ReachPredictor()
+    likeliest = ""
+    for number, sample in enumerate(samples_of(rest, way)):
+        predictor.observe(sample)
+        if number == 0:
+            predictor.expect(library)
+        if number == 220:
+            prediction = predictor.predict()
+            likeliest = prediction.task_names[int(np.argmax(prediction.task_probabilities))]
+    assert likeliest == "near_from_rest"

@@ -1,0 +1,154 @@
+"""Weights by posture: the simplex, Gaussian processes beside scikit-learn's, people beside all people."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from hri_prediction.errors import ConfigError, DataError
+from hri_prediction.hybrid.fitting import data_of_reaches, fit_process
+from hri_prediction.hybrid.weight_file import load_process, save_process
+from hri_prediction.hybrid.weight_process import (
+    LEAST_WEIGHT,
+    PersonalProcess,
+    WeightData,
+    WeightProcess,
+    to_alpha,
+    to_logs,
+)
+from hri_prediction.motor_control.costs import CHAPTER_2, CHAPTER_3
+
+
+@given(arrays(float, 4, elements=st.floats(0.02, 1.0)))
+def test_weights_come_back_from_their_logarithms(raw):
+    alpha = raw / raw.sum()
+    logs, variance = to_logs(alpha, np.zeros(4), CHAPTER_2)
+    if alpha.min() >= LEAST_WEIGHT:
+        np.testing.assert_allclose(to_alpha(logs, CHAPTER_2), alpha, atol=1e-12)
+    assert (variance > 0.0).all()
+
+
+@settings(max_examples=50)
+@given(arrays(float, 4, elements=st.floats(-700.0, 700.0)))
+def test_any_logarithms_are_on_the_simplex(logs):
+    alpha = to_alpha(logs, CHAPTER_3)
+    assert (alpha >= 0.0).all()
+    assert alpha.sum() == pytest.approx(1.0)
+
+
+def test_the_posterior_is_that_of_scikit_learn(people, rng):
+    gp = pytest.importorskip("sklearn.gaussian_process")
+    kernels = pytest.importorskip("sklearn.gaussian_process.kernels")
+    asked = rng.uniform(-0.5, 1.5, (5, 6))
+    for i in range(len(CHAPTER_2) - 1):
+        kernel = kernels.ConstantKernel(people.amplitude[i]) * kernels.RBF(people.lengths[i])
+        reference = gp.GaussianProcessRegressor(
+            kernel, alpha=people.data.variance[:, i], optimizer=None
+        ).fit(people.data.inputs, people.data.logs[:, i] - people.mean[i])
+        mean, covariance = reference.predict(asked, return_cov=True)
+        own_mean, own_covariance = people.posterior(i, asked)
+        np.testing.assert_allclose(own_mean, mean + people.mean[i], atol=1e-9)
+        np.testing.assert_allclose(own_covariance, covariance, atol=1e-8)
+
+
+def test_a_person_is_like_all_people_until_seen(people):
+    q_start, q_end = np.array([0.2, 0.1, 0.3]), np.array([0.1, 1.0, 0.4])
+    guess = people.guess(q_start, q_end)
+    again = PersonalProcess(people, WeightData.none(people.names)).guess(q_start, q_end)
+    np.testing.assert_allclose(guess.alpha, again.alpha)
+    mean, covariance = people.posterior(0, np.concatenate([q_start, q_end])[None])
+    assert guess.logs[0] == pytest.approx(mean[0])
+    # What people differ by is a part of what is open.
+    assert guess.logs_sd[0] == pytest.approx(np.sqrt(covariance[0, 0] + 0.25))
+
+
+def test_what_was_seen_of_a_person_counts_most_where_it_was_seen(people):
+    q_start, q_end = np.array([0.2, 0.1, 0.3]), np.array([0.1, 1.0, 0.4])
+    alpha = np.array([0.1, 0.2, 0.6, 0.1])
+    seen = WeightData.of(
+        people.names, q_start[None], q_end[None], alpha[None], 0.002 * np.ones((1, 4))
+    )
+    person = PersonalProcess(people, WeightData.none(people.names)).learnt(seen)
+    here, before = person.guess(q_start, q_end), people.guess(q_start, q_end)
+    away = person.guess(q_start + 4.0, q_end + 4.0)
+    np.testing.assert_allclose(here.alpha, alpha, atol=0.02)
+    assert (here.logs_sd < 0.3 * before.logs_sd).all()
+    unseen = people.guess(q_start + 4.0, q_end + 4.0)
+    np.testing.assert_allclose(away.alpha, unseen.alpha, atol=1e-6)
+
+
+def test_a_file_says_the_same(people, tmp_path):
+    path = tmp_path / "weights.json"
+    save_process(path, people, "a test")
+    again = load_process(path)
+    q = np.array([0.2, 0.1, 0.3]), np.array([0.1, 1.0, 0.4])
+    np.testing.assert_allclose(again.guess(*q).alpha, people.guess(*q).alpha, atol=1e-3)
+
+
+def test_the_one_that_ships_is_there():
+    shipped = load_process()
+    assert shipped.names == CHAPTER_3
+    assert len(shipped.data) >= 100
+    guess = shipped.guess(np.radians([-23.0, 16.0, 38.0]), np.radians([7.0, 64.0, 24.0]))
+    assert guess.alpha.sum() == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("{}", "no process of weights"),
+        ('{"format": "hri-weight-process-1"}', "lack or garble"),
+        ("nonsense", "weights.json"),
+        (
+            '{"format": "hri-weight-process-1", "costs": ["speed"], "inputs": [], "logs": [], '
+            '"variance": []}',
+            "costs speed",
+        ),
+    ],
+)
+def test_files_of_something_else_are_refused(text, says, tmp_path):
+    path = tmp_path / "weights.json"
+    path.write_text(text)
+    with pytest.raises(DataError, match=says):
+        load_process(path)
+
+
+def test_unusable_data_are_refused(people):
+    with pytest.raises(ConfigError, match="joint_jerk"):
+        WeightData.none(("hand_jerk", "energy"))
+    with pytest.raises(DataError, match="shape"):
+        WeightData(CHAPTER_2, np.zeros((2, 6)), np.zeros((2, 2)), np.ones((2, 3)))
+    with pytest.raises(DataError, match="not positive"):
+        WeightData(CHAPTER_2, np.zeros((1, 6)), np.zeros((1, 3)), np.zeros((1, 3)))
+    with pytest.raises(DataError, match="finite"):
+        WeightData(CHAPTER_2, np.full((1, 6), np.nan), np.zeros((1, 3)), np.ones((1, 3)))
+    with pytest.raises(DataError, match="positive"):
+        WeightProcess(people.data, people.mean, -people.amplitude, people.lengths)
+    with pytest.raises(DataError, match="expected hand_jerk"):
+        people.data.and_also(WeightData.none(CHAPTER_3))
+
+
+def test_fitting_finds_what_posture_says():
+    pytest.importorskip("sklearn")
+    rng = np.random.default_rng(1)
+    inputs = rng.uniform(-1.0, 1.0, (60, 6))
+    logs = np.column_stack([1.5 * np.sin(2.0 * inputs[:, 0]), inputs[:, 4], 0.0 * inputs[:, 0]])
+    noise = rng.normal(0.0, 0.1, logs.shape)
+    data = WeightData(CHAPTER_2, inputs, logs + noise, np.full(logs.shape, 0.01))
+    process = fit_process(data)
+    asked = rng.uniform(-0.8, 0.8, (20, 6))
+    found = np.array([process.guess(row[:3], row[3:]).logs for row in asked])
+    truth = np.column_stack([1.5 * np.sin(2.0 * asked[:, 0]), asked[:, 4], 0.0 * asked[:, 0]])
+    assert np.abs(found - truth).mean() < 0.1
+    # The angle that matters has the shortest scale.
+    assert process.lengths[0].argmin() == 0
+
+
+def test_fitting_says_what_it_needs():
+    with pytest.raises(DataError, match="10 or more"):
+        fit_process(WeightData.none(CHAPTER_2))
+    with pytest.raises(DataError, match="no reach was explained"):
+        data_of_reaches(CHAPTER_2, [{"error": "no"}])
+    with pytest.raises(DataError, match="lacks or garbles"):
+        data_of_reaches(CHAPTER_2, [{"error": ""}])

@@ -1,0 +1,69 @@
+"""The hybrid predictor on trial, in its short form."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from hri_prediction.errors import ConfigError
+from hri_sim.hybrid.command import app
+from hri_sim.hybrid.first_guesses import GUESSES
+from hri_sim.hybrid.subjects import FAMILIES, POINTS, VARIABILITY_M, draw_subjects, stray
+from hri_sim.hybrid.trial import run_person
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_people_stray_by_what_is_said(family: str) -> None:
+    rng = np.random.default_rng(2)
+    (subject,) = draw_subjects(1, family, rng)
+    for target, habit in subject.habits.items():
+        reaches = np.array([subject.reach(target, rng, VARIABILITY_M).values for _ in range(80)])
+        apart = np.linalg.norm(reaches[..., 3:] - habit.mean[:, 3:], axis=-1)
+        assert np.sqrt(np.mean(apart**2)) == pytest.approx(VARIABILITY_M, rel=0.15)
+    assert subject.rest.points.shape == (4, 3)
+    again = draw_subjects(1, family, np.random.default_rng(2))[0]
+    np.testing.assert_array_equal(again.habits[target].mean, habit.mean)
+
+
+def test_reaches_stray_smoothly() -> None:
+    drawn = stray(np.random.default_rng(0), 0.01)
+    assert drawn.shape == (POINTS, 6)
+    assert np.abs(np.diff(drawn, axis=0)).max() < 0.002
+
+
+def test_unknown_people_are_refused() -> None:
+    with pytest.raises(ConfigError, match="via_points"):
+        draw_subjects(1, "martians", np.random.default_rng(0))
+
+
+def test_predictions_get_better_with_reaches() -> None:
+    rng = np.random.default_rng(5)
+    subjects = draw_subjects(2, "optimal", rng)
+    course = run_person(
+        subjects[0], subjects[1:], rng, variability_m=VARIABILITY_M, counts=(0, 5), judged=4
+    )
+    for guess in GUESSES:
+        own = [each for each in course.judged if each.guess == guess]
+        before, after = (
+            np.mean([each.warped_m for each in own if each.seen == seen]) for seen in (0, 5)
+        )
+        assert after < before
+    assert len(course.divergences["T1"]) == 5
+
+
+def test_the_short_form(tmp_path: Path) -> None:
+    done = CliRunner().invoke(app, ["--smoke", "--out", str(tmp_path), "--workers", "1"])
+    assert done.exit_code == 0, done.output
+    content = json.loads((tmp_path / "hybrid.json").read_text())
+    assert set(content["families"]["optimal"]["curves"]) == set(GUESSES)
+    assert content["latency"]["learning beside"]["learnt"] > 0
+    assert content["real"]["skipped"] == "--smoke"
+    text = (tmp_path / "hybrid.md").read_text()
+    assert "straight line" in text
+    assert "p99" in text
+    for name in ("errors", "weights"):
+        assert (tmp_path / "hybrid" / f"{name}.png").stat().st_size > 10_000
