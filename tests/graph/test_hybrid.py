@@ -32,9 +32,9 @@ def reach(graph: Graph, scenario: Scenario) -> tuple[str, ...]:
     graph.run(0.6)
     cue(graph, scenario, 0)
     graph.run(3.0)
-    reaching = [m for m in graph.messages(PREDICTION) if m.state == m.REACHING and m.task_names]
+    reaching = [m for m in graph.messages(PREDICTION) if m.state == m.REACHING and m.tasks]
     assert reaching
-    return tuple(reaching[-1].task_names)
+    return tuple(reaching[-1].tasks)
 
 
 def test_a_person_is_guessed_learnt_and_known_again(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import os
 from collections.abc import Callable
@@ -9,7 +10,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-import joblib
 import numpy as np
 import typer
 from rich.console import Console
@@ -21,6 +21,7 @@ from hri_prediction.motor_control.batch import prepare
 from hri_prediction.results.options import Workers, make_folders
 from hri_prediction.results.origin import available_cores, results_origin
 from hri_prediction.results.progress import ProgressLine
+from hri_prediction.results.workers import do_all
 from hri_sim.hybrid import pictures, tables
 from hri_sim.hybrid.latency import measure, stream
 from hri_sim.hybrid.real import SOURCE, read, run_real
@@ -31,6 +32,7 @@ from hri_sim.hybrid.subjects import (
     OFFSET_M,
     SCALE,
     VARIABILITY_M,
+    Subject,
     draw_subjects,
 )
 from hri_sim.hybrid.trial import COUNTS, Course, run_person
@@ -67,6 +69,39 @@ FULL = Extent(PEOPLE, FAMILIES, COUNTS, 5, 60)
 SMOKE = Extent(2, FAMILIES[:1], (0, 1, 5), 3, 8)
 
 
+@dataclass(frozen=True, eq=False)
+class Turn:
+    """One person's part.
+
+    Attributes:
+        subjects: All people of the family.
+        index: Which.
+        family: Which.
+        extent: How much is done.
+        seed: Of all that they do.
+    """
+
+    subjects: list[Subject]
+    index: int
+    family: str
+    extent: Extent
+    seed: int
+
+
+def do_turn(turn: Turn) -> tuple[int, Course]:
+    """One person on trial; the others are what is known of other people."""
+    subject = turn.subjects[turn.index]
+    course = run_person(
+        subject,
+        [other for other in turn.subjects if other is not subject],
+        np.random.default_rng([turn.seed, FAMILIES.index(turn.family), turn.index]),
+        variability_m=VARIABILITY_M,
+        counts=turn.extent.counts,
+        judged=turn.extent.judged,
+    )
+    return turn.index, course
+
+
 def run_family(
     family: str, extent: Extent, seed: int, workers: int, progress: Callable[[int, int], None]
 ) -> list[Course]:
@@ -74,22 +109,18 @@ def run_family(
     subjects = draw_subjects(
         extent.people, family, np.random.default_rng([seed, FAMILIES.index(family)])
     )
-    results = joblib.Parallel(n_jobs=workers, return_as="generator")(
-        joblib.delayed(run_person)(
-            subject,
-            [other for other in subjects if other is not subject],
-            np.random.default_rng([seed, FAMILIES.index(family), index]),
-            variability_m=VARIABILITY_M,
-            counts=extent.counts,
-            judged=extent.judged,
-        )
-        for index, subject in enumerate(subjects)
-    )
-    courses = []
-    for course in results:
-        courses.append(course)
+    turns = [Turn(subjects, index, family, extent, seed) for index in range(len(subjects))]
+    courses: dict[int, Course] = {}
+    for index, course in do_all(
+        do_turn,
+        turns,
+        workers=workers,
+        prepare=functools.partial(prepare, (CONVENTION,)),
+        computed_with=dict,
+    ):
+        courses[index] = course
         progress(len(courses), len(subjects))
-    return courses
+    return [courses[index] for index in sorted(courses)]
 
 
 def of_real() -> dict[str, Any]:
