@@ -21,13 +21,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hri_prediction.errors import HriError
+from hri_prediction.hybrid.body import CONVENTION
 from hri_prediction.hybrid.config import HybridConfig
 from hri_prediction.hybrid.person import HybridPerson, Rest, SeenReach
+from hri_prediction.hybrid.prior_path import solver_of
 from hri_prediction.hybrid.store import PeopleStore
 from hri_prediction.hybrid.task import TaskKey
 from hri_prediction.hybrid.weight_file import load_process
 from hri_prediction.hybrid.why import Why
-from hri_prediction.motor_control.compiled_graph import compiled_graph
+from hri_prediction.motor_control.arm_model import ANATOMICAL, ArmModel
+from hri_prediction.motor_control.costs import COSTS
+from hri_prediction.motor_control.ioc import explain
+from hri_prediction.motor_control.observed import of_angles
+from hri_prediction.motor_control.problem import ReachProblem
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.library import TaskLibrary
 
@@ -143,6 +149,7 @@ class Loop:
     """
 
     def __init__(self, setup: Setup) -> None:
+        warm_loop()
         self._setup = setup
         self._weights = load_process(setup.weights)
         self._store = PeopleStore(setup.store) if setup.store is not None else None
@@ -194,6 +201,14 @@ class Loop:
         if self._store is not None:
             person = self._people[name]
             self._store.save(name, [person.tasks[key] for key in keys], person.weights.own)
+
+
+def warm_loop() -> None:
+    """Explain a reach once: models and kernels are compiled before anything is asked."""
+    solver = solver_of(ArmModel.of_body(convention=CONVENTION), ANATOMICAL)
+    problem = ReachProblem.at_rest([0.9, 1.0, 1.2], [0.4, 1.3, 0.6], 1.0)
+    angles = solver.solve(problem, np.ones(len(COSTS))).angles(np.linspace(0.0, 1.0, 20))
+    explain(solver, of_angles(problem, angles, solver.arm))
 
 
 class Inline:
@@ -287,7 +302,6 @@ def _work(connection: Connection, setup: Setup) -> None:
         os.nice(_NICE)
     with contextlib.suppress(EOFError, OSError, KeyboardInterrupt):
         loop = Loop(setup)
-        compiled_graph("yaw_pitch_elbow_pitch")
         while True:
             questions: list[Question | None] = []
             while not questions or connection.poll():

@@ -113,7 +113,7 @@ class ArmWatch:
         if body is None or np.count_nonzero(inside) < 2 or stamps[0] > onset_ns:
             self.unusable += 1
             return
-        times = 1e-9 * (stamps[inside] - onset_ns)
+        times: Array = np.asarray(1e-9 * (stamps[inside] - onset_ns), dtype=float)
         try:
             track = ArmTrack(times, points[inside], side=self.side)
             duration_s = 1e-9 * (end_ns - onset_ns)
