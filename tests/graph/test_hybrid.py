@@ -11,7 +11,7 @@ from motions import PREDICTION
 
 from hri_prediction.errors import ConfigError
 from hri_prediction.hybrid.store import PeopleStore
-from hri_prediction.ros.learning import targets_of
+from hri_prediction.ros.learning import _people_of, targets_of
 from hri_sim.scenario.schema import Scenario
 from hri_sim.testing import Graph, cue
 
@@ -70,3 +70,11 @@ def test_targets_that_do_not_fit_are_refused(
 ) -> None:
     with pytest.raises(ConfigError, match=says):
         targets_of(names, positions)
+
+
+@pytest.mark.parametrize(
+    "pairs", [("a",), ("=ann",), ("a=ann", "b=ann"), ("a=ann", "a=bo"), ("a=../x",)]
+)
+def test_names_that_do_not_fit_are_refused(pairs: tuple[str, ...]) -> None:
+    with pytest.raises(ConfigError, match=r"people|person"):
+        _people_of(pairs)

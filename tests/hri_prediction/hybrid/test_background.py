@@ -1,5 +1,8 @@
 """The loop beside a predictor: what it sees, in a process of its own, and when that ends."""
 
+import os
+import signal
+import socket
 import time
 from dataclasses import replace
 
@@ -8,8 +11,9 @@ import pytest
 from reaching import reach_of
 
 from hri_prediction.errors import DataError
-from hri_prediction.hybrid.background import (
-    Background,
+from hri_prediction.hybrid.background import Background, _still_asked
+from hri_prediction.hybrid.config import HybridConfig
+from hri_prediction.hybrid.loop import (
     Expected,
     Explained,
     Inline,
@@ -18,9 +22,7 @@ from hri_prediction.hybrid.background import (
     Rested,
     Setup,
     Trouble,
-    _still_asked,
 )
-from hri_prediction.hybrid.config import HybridConfig
 from hri_prediction.hybrid.person import HybridPerson, Rest, SeenReach
 from hri_prediction.hybrid.store import PeopleStore
 from hri_prediction.hybrid.task import TaskKey
@@ -37,7 +39,14 @@ KEY = TaskKey("right", "rest", "near")
 def setup(targets, people, tmp_path):
     save_process(tmp_path / "weights.json", people, "a test")
     config = HybridConfig(settled=0.5, settled_reaches=2)
-    return Setup(targets, PredictorConfig(), config, tmp_path / "weights.json", tmp_path / "people")
+    return Setup(
+        targets,
+        PredictorConfig(),
+        config,
+        tmp_path / "weights.json",
+        tmp_path / "people",
+        frozenset({"anna"}),
+    )
 
 
 def reaches(targets, people, rest, count):
@@ -90,7 +99,8 @@ def test_at_once_it_says_the_same(setup, targets, people, rest):
 
 def test_it_ends_with_whoever_started_it(setup):
     loop = Background(setup)
-    loop._connection.close()  # as when the predictor is killed
+    with socket.socket(fileno=os.dup(loop._connection.fileno())) as pipe:
+        pipe.shutdown(socket.SHUT_RDWR)  # as when the predictor is killed
     loop._process.join(60.0)
     assert loop._process.exitcode == 0
 
@@ -102,9 +112,6 @@ def test_trouble_is_told_and_does_not_end_it(setup, rest, targets):
     (answer,) = loop.answers()
     assert isinstance(answer, Trouble)
     assert "no target can be reached" in answer.text
-    loop.ask(Rested("../anna", rest))
-    (answer,) = loop.answers()
-    assert "letters, digits" in answer.text
 
 
 def test_overtaken_questions_are_dropped(rest, targets, people):
@@ -117,6 +124,56 @@ def test_overtaken_questions_are_dropped(rest, targets, people):
 def test_a_wrong_file_of_weights_is_named_at_once(setup, tmp_path):
     with pytest.raises(DataError, match="nowhere"):
         Background(replace(setup, weights=tmp_path / "nowhere.json"))
+
+
+@pytest.mark.parametrize("content", [b"", b'{"format": "hri-per', b"[]", b"\xff\xfe"])
+def test_a_damaged_person_is_told_and_does_not_end_it(setup, rest, content):
+    (setup.store / "anna").mkdir(parents=True)
+    (setup.store / "anna" / "person.json").write_bytes(content)
+    loop = Inline(setup)
+    loop.ask(Rested("anna", rest))
+    (answer,) = loop.answers()
+    assert isinstance(answer, Trouble)
+    assert "person.json" in answer.text
+    loop.ask(Rested("berta", rest))
+    assert isinstance(loop.answers()[0], Expected)
+
+
+def test_strangers_are_learnt_and_not_kept(setup, rest, targets, people):
+    loop = Inline(setup)
+    (reach,) = reaches(targets, people, rest, 1)
+    loop.ask(Reached("body7", reach))
+    assert isinstance(loop.answers()[0], Learnt)
+    assert PeopleStore(setup.store).names() == []
+
+
+def test_who_is_deleted_meanwhile_is_forgotten(setup, rest, targets, people):
+    loop = Inline(setup)
+    first, second = reaches(targets, people, rest, 2)
+    loop.ask(Reached("anna", first))
+    loop.answers()
+    PeopleStore(setup.store).delete("anna")
+    loop.ask(Reached("anna", second))
+    kinds = [type(answer) for answer in loop.answers()]
+    assert kinds == [Trouble, Learnt]
+    assert PeopleStore(setup.store).people()[0].reaches == {"right near_from_rest": 1}
+
+
+def test_asking_never_waits(setup, rest):
+    loop = Background(setup)
+    try:
+        loop._process.join(0.0)
+        os.kill(loop._process.pid, signal.SIGSTOP)
+        begin = time.monotonic()
+        for _ in range(2000):
+            loop.ask(Rested("anna", rest))
+        assert time.monotonic() - begin < 1.0
+        assert loop.lost > 0
+        assert loop.answers() == []
+    finally:
+        os.kill(loop._process.pid, signal.SIGKILL)
+        loop.close()
+    assert not loop.alive
 
 
 def samples_of(rest, way, side="right"):
@@ -156,6 +213,40 @@ def test_a_watch_sees_rest_and_reaches(targets, people, rest):
     assert found[0].body.arm.upper_m == pytest.approx(rest.body.arm.upper_m, abs=0.002)
     # And the loop takes both.
     assert person.reached(reach) == KEY
+
+
+def test_late_and_repeated_samples_do_no_harm(targets, people, rest):
+    person = HybridPerson(targets, people)
+    person.at_rest(rest)
+    way = person.tasks[KEY].path.values
+    watch = ArmWatch("right", targets, PredictorConfig(), HybridConfig())
+    predictor = ReachPredictor()
+    found, before = [], None
+    for number, sample in enumerate(samples_of(rest, way)):
+        for each in (sample, before) if number % 40 == 39 else (sample,):
+            predictor.observe(each)
+            watch.observe(each, predictor)
+            found += watch.questions()
+        before = sample
+    assert [type(each) for each in found] == [Rest, SeenReach, Rest]
+
+
+def test_only_reaches_from_rest_are_learnt(targets, people, rest):
+    """There and back again without a rest: the second part begins in mid-air."""
+    person = HybridPerson(targets, people)
+    person.at_rest(rest)
+    way = person.tasks[KEY].path.values
+    there = list(samples_of(rest, way))[:250]
+    back = there[100:][::-1] + there[:100]
+    watch = ArmWatch("right", targets, PredictorConfig(), HybridConfig())
+    predictor = ReachPredictor()
+    found = []
+    for number, sample in enumerate([*there, *back]):
+        stamped = ArmSample(4_000_000 * (number + 1), sample.keypoints, sample.valid, "right")
+        predictor.observe(stamped)
+        watch.observe(stamped, predictor)
+        found += watch.questions()
+    assert not any(isinstance(each, SeenReach) for each in found)
 
 
 def test_a_predictor_takes_a_library_between_reaches_only(targets, people, rest):

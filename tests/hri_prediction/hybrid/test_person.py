@@ -183,3 +183,35 @@ def test_libraries_of_all_and_of_one_are_merged(person, rest, targets, people):
     other = HybridPerson(targets, people, PredictorConfig(weights_per_dim=6)).at_rest(rest)
     with pytest.raises(DataError, match="weights_per_dim"):
         merged(other, own)
+
+
+def test_what_a_broken_off_write_left_is_no_task(person, rest, rng, tmp_path):
+    person.at_rest(rest)
+    person.reached(reach_of(person, rest, NEAR, rng, aside=ASIDE))
+    store = PeopleStore(tmp_path)
+    store.save("anna", [person.tasks[NEAR]], person.weights.own)
+    (tmp_path / "anna" / f".{NEAR.file}.part.npz").write_bytes(b"half of i")
+    tasks, _ = store.load("anna")
+    assert [task.key for task in tasks] == [NEAR]
+    # Broken off before the last file was written, the person is there.
+    (tmp_path / "anna" / PERSON_FILE).unlink()
+    assert store.names() == ["anna"]
+    tasks, own = store.load("anna")
+    assert len(tasks) == 1
+    assert own is None
+    store.delete("anna")
+    assert store.names() == []
+
+
+def test_a_task_is_not_expected_of_itself(person, rest, rng):
+    person.at_rest(rest)
+    before = person.usual_duration()
+    person.reached(reach_of(person, rest, NEAR, rng, aside=ASIDE, duration_s=0.5))
+    assert person.usual_duration(NEAR) == before
+    assert person.usual_duration()[0] < before[0]
+
+
+@pytest.mark.parametrize("name", ["rest", "a_from_b"])
+def test_targets_of_misleading_names_are_refused(name, people):
+    with pytest.raises(DataError, match="_from_"):
+        HybridPerson({name: np.zeros(3)}, people)

@@ -152,3 +152,23 @@ def test_fitting_says_what_it_needs():
         data_of_reaches(CHAPTER_2, [{"error": "no"}])
     with pytest.raises(DataError, match="lacks or garbles"):
         data_of_reaches(CHAPTER_2, [{"error": ""}])
+
+
+def test_a_weight_at_the_bound_is_hardly_known():
+    """Fisher's information knows nothing of weights that are 0: that they are small is all that is seen."""
+    logs, variance = to_logs([1.0, 0.0, 0.0, 0.0], np.zeros(4), CHAPTER_2)
+    assert (variance >= 1.0).all()
+    assert np.abs(logs).max() == pytest.approx(np.log(1.0 / LEAST_WEIGHT))
+
+
+def test_the_same_reach_counts_once(people):
+    q_start, q_end = np.array([[0.2, 0.1, 0.3]]), np.array([[0.1, 1.0, 0.4]])
+    sd = 0.05 * np.ones((1, 4))
+    first = WeightData.of(people.names, q_start, q_end, [[0.1, 0.2, 0.6, 0.1]], sd)
+    again = WeightData.of(people.names, q_start + 0.05, q_end, [[0.4, 0.2, 0.3, 0.1]], sd)
+    other = WeightData.of(people.names, q_start + 0.5, q_end, [[0.4, 0.2, 0.3, 0.1]], sd)
+    person = PersonalProcess(people, WeightData.none(people.names)).learnt(first).learnt(other)
+    assert len(person.own) == 2
+    person = person.learnt(again)
+    assert len(person.own) == 2
+    np.testing.assert_array_equal(person.own.logs[-1], again.logs[0])

@@ -12,14 +12,15 @@ import numpy as np
 import typer
 
 from hri_prediction.errors import DataError, HriError
-from hri_prediction.files.content import read_text
-from hri_prediction.files.values import parse_json
+from hri_prediction.files.values import read_json
 from hri_prediction.hybrid.fitting import data_of_reaches, fit_process
 from hri_prediction.hybrid.weight_file import save_process
 from hri_prediction.hybrid.weight_process import WeightData, WeightProcess, to_alpha
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 _FOLDS = 5
+LEAST_LEFT_OUT = 20
+"""With fewer reaches, what is left when some are left out is not enough to fit to."""
 
 
 def read_results(path: Path) -> WeightData:
@@ -28,7 +29,7 @@ def read_results(path: Path) -> WeightData:
     Raises:
         DataError: the file is none of these.
     """
-    values = parse_json(read_text(path))
+    values = read_json(path)
     if not isinstance(values, dict) or "reaches" not in values or "costs" not in values:
         raise DataError(f"{path} has no explained reaches", expected="results.json of fit_ioc.py")
     try:
@@ -83,13 +84,15 @@ def fit_weights(
     """
     data = read_results(results)
     process = fit_process(data, seed)
-    own, plain = left_out(data, seed)
     save_process(out, process, f"{len(data)} reaches of {results.name}")
     print(f"{len(data)} reaches; {json.dumps(list(data.names))}")
     print(describe(process))
-    print(
-        f"reaches left out ({_FOLDS} parts): weights are off by {own:.3f}, those of the mean by {plain:.3f}"
-    )
+    if len(data) >= LEAST_LEFT_OUT:
+        own, plain = left_out(data, seed)
+        print(
+            f"reaches left out ({_FOLDS} parts): weights are off by {own:.3f}, "
+            f"those of the mean by {plain:.3f}"
+        )
     print(f"{out}")
 
 

@@ -27,6 +27,10 @@ _OWN_LOG_SD = 0.2
 """Spread of the logarithm of a person's durations between tasks."""
 
 
+class NoTarget(DataError):
+    """A reach that ended at none of the targets: nothing to learn, and nothing wrong."""
+
+
 @dataclass(frozen=True, eq=False)
 class Rest:
     """An arm that rests before a reach.
@@ -81,6 +85,13 @@ class HybridPerson:
         tasks: Known of this person from before.
         own: Weights known of this person from before.
 
+    Attributes:
+        tasks: By key.
+        weights: Of costs, as they are expected of this person.
+        unreachable: Targets that could not be reached from the last rest, and why.
+        guessed_sd: Of tasks of which nothing was seen: standard deviation of the logarithms of their
+            weights, mean over costs.
+
     Raises:
         DataError: without targets, or with tasks or weights that were learnt with other settings.
     """
@@ -97,6 +108,11 @@ class HybridPerson:
     ) -> None:
         if not targets:
             raise DataError("no targets", expected="one or more that the person may reach for")
+        for name in targets:
+            if name == ELSEWHERE or "_from_" in name:
+                raise DataError(
+                    f"target {name!r}", expected=f"a name other than {ELSEWHERE}, without _from_"
+                )
         self.targets = {name: np.array(at, dtype=float) for name, at in targets.items()}
         self.rules = TaskRules(predictor or PredictorConfig(), config or HybridConfig())
         self.config = self.rules.config
@@ -113,6 +129,7 @@ class HybridPerson:
                 )
         self._bodies: dict[str, BodyArm] = {}
         self.unreachable: dict[str, str] = {}
+        self.guessed_sd: dict[TaskKey, float] = {}
 
     # ------------------------------------------------------------------ first guess
     def at_rest(self, rest: Rest) -> TaskLibrary:
@@ -145,18 +162,23 @@ class HybridPerson:
 
     def library(self, keys: Iterable[TaskKey], body: BodyArm) -> TaskLibrary:
         """Tasks as a predictor takes them."""
-        log_s, log_sd = self.usual_duration()
         return TaskLibrary(
-            tuple(self.rules.model(self.tasks[key], log_s, log_sd) for key in keys),
+            tuple(self.rules.model(self.tasks[key], *self.usual_duration(key)) for key in keys),
             body.arm.upper_m,
             body.arm.forearm_m,
         )
 
-    def usual_duration(self) -> tuple[float, float]:
-        """Logarithm of this person's durations from rest to rest [s], and its standard deviation."""
+    def usual_duration(self, but: TaskKey | None = None) -> tuple[float, float]:
+        """Logarithm of this person's durations from rest to rest [s], and its standard deviation.
+
+        Args:
+            but: A task that does not count: that which it is expected of.
+        """
         log_s, log_sd = math.log(self.config.duration), self.config.duration_log_sd
         logs = [
-            np.log(task.durations_s / task.path.share) for task in self.tasks.values() if task.seen
+            np.log(task.durations_s / task.path.share)
+            for key, task in self.tasks.items()
+            if task.seen and key != but
         ]
         if not logs:
             return log_s, log_sd
@@ -184,6 +206,7 @@ class HybridPerson:
         straight = body.posture(geometry.start)
         guess = self.weights.guess(straight, body.posture_at(geometry.tip, straight))
         path = self._path(body, geometry, guess.alpha)
+        self.guessed_sd[key] = float(guess.logs_sd.mean())
         self.tasks[key] = self.rules.begin(key, guess.alpha, geometry, path)
 
     def _path(self, body: BodyArm, geometry: Geometry, alpha: Array) -> PriorPath:
@@ -204,7 +227,7 @@ class HybridPerson:
         target, start = self.place_of(reach.end_tip), self.place_of(reach.start_tip)
         if target == ELSEWHERE:
             apart = min(float(np.linalg.norm(reach.end_tip - at)) for at in self.targets.values())
-            raise DataError(
+            raise NoTarget(
                 f"a reach ended {100.0 * apart:.0f} cm from the nearest target",
                 expected=f"{100.0 * self.config.place_radius:.0f} cm or less",
             )
@@ -243,9 +266,8 @@ class HybridPerson:
         # Whatever comes of it: not again before there is more to go by.
         self.tasks[key] = replace(task, explained=task.seen)
         guess = self.weights.guess(task.path.q_start, task.path.q_end)
-        log_s, log_sd = self.usual_duration()
         found = why(
-            self.rules.model(task, log_s, log_sd),
+            self.rules.model(task, *self.usual_duration(key)),
             self._bodies[key.side],
             guess.alpha,
             self.weights.names,

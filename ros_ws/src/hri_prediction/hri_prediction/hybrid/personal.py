@@ -13,8 +13,9 @@ scatter. The two must not be one: after a few reaches the first is known, the se
           \mu = S_0 (S_0 + \Sigma / N)^{-1} \bar d, \qquad
           \Sigma = \frac{\nu_0 \Lambda_0 + \sum_i (d_i - \mu)(d_i - \mu)^\top + N S}{\nu_0 + N}
 
-is variational inference with independent :math:`\mu` and :math:`\Sigma` (Bishop, Pattern Recognition and
-Machine Learning, 2006, section 10.1). The next reach has the mean :math:`\mu` and the covariance
+takes for each the mean of what is known of the other: expectation and maximisation, with
+:math:`\Sigma` by its posterior mean (Bishop, Pattern Recognition and Machine Learning, 2006, sections 2.3.6
+and 9.4). The next reach has the mean :math:`\mu` and the covariance
 :math:`\Sigma + S`. So the weight of the optimum fades as reaches come, and never all of it at once.
 """
 

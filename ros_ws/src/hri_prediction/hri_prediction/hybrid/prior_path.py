@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 
 POINTS = 61
 _FINE = 401
+FURTHEST_M = 0.25
+"""So far off may elbow or wrist of the model be where an arm rests, in an axis."""
 SHORTEST_M = 0.04
 """Targets nearer than this to the hand are no reach."""
 
@@ -135,6 +137,13 @@ def optimal_path(
         ends = body.positions(np.stack([q_start, q_end]))
         values = ends[0] + rise * (ends[1] - ends[0])
         fade = 1.0 - rise
+    misfit = float(np.abs(geometry.start - values[0]).max())
+    if misfit > FURTHEST_M:
+        raise DataError(
+            f"no arm of these lengths rests like this: the nearest is {100.0 * misfit:.0f} cm off",
+            expected=f"{100.0 * FURTHEST_M:.0f} cm or less",
+            hint="is this the side of the arm, and where the person faces?",
+        )
     values = (
         values
         + fade * (geometry.start - values[0])

@@ -19,8 +19,7 @@ from typing import Any
 import numpy as np
 
 from hri_prediction.errors import ConfigError, DataError, HriError
-from hri_prediction.files.content import read_text
-from hri_prediction.files.values import parse_json
+from hri_prediction.files.values import read_json
 from hri_prediction.files.whole import write_whole
 from hri_prediction.hybrid.prior_path import Geometry, PriorPath
 from hri_prediction.hybrid.task import PersonalTask, TaskKey
@@ -87,7 +86,9 @@ class PeopleStore:
         """
         if self.folder.is_file():
             raise ConfigError(f"{self.folder} is a file", expected="a folder of people")
-        return sorted(path.parent.name for path in self.folder.glob(f"*/{PERSON_FILE}"))
+        files = [*self.folder.glob(f"*/{PERSON_FILE}"), *self.folder.glob("*/*.npz")]
+        # What a write that was broken off has left begins with a dot.
+        return sorted({path.parent.name for path in files if not path.name.startswith(".")})
 
     def people(self) -> list[KnownPerson]:
         """What is known of all; of damaged folders, that they are."""
@@ -96,7 +97,7 @@ class PeopleStore:
     def _summary(self, name: str) -> KnownPerson:
         try:
             tasks, own, changed = self._read(name)
-        except HriError as error:
+        except (HriError, OSError) as error:
             return KnownPerson(name, {}, 0, "", str(error))
         reaches = {f"{task.key.side} {task.key.name}": task.seen for task in tasks}
         return KnownPerson(name, reaches, len(own) if own is not None else 0, changed)
@@ -108,22 +109,27 @@ class PeopleStore:
             ConfigError: the name is none.
             DataError: a file is damaged.
         """
-        if not (self._of(name) / PERSON_FILE).is_file():
+        if check_person(name) not in self.names():
             return [], None
-        tasks, own, _ = self._read(name)
+        try:
+            tasks, own, _ = self._read(name)
+        except OSError as error:
+            raise DataError(f"cannot read {self._of(name)}: {error.strerror or error}") from error
         return tasks, own
 
     def _read(self, name: str) -> tuple[list[PersonalTask], WeightData | None, str]:
         folder = self._of(name)
         path = folder / PERSON_FILE
-        values = parse_json(read_text(path))
+        # Tasks are written first: without the file nothing was explained yet.
+        values = read_json(path) if path.exists() else {"format": PERSON_FORMAT}
         if not isinstance(values, dict) or values.get("format") != PERSON_FORMAT:
             raise DataError(f"{path} is no person", expected=f"JSON of format {PERSON_FORMAT}")
         try:
             own = data_of_values(values["weights"]) if values.get("weights") else None
         except DataError as error:
             raise DataError(f"{path}: {error.problem}", expected=error.expected) from error
-        tasks = [read_task(file) for file in sorted(folder.glob("*.npz"))]
+        files = [file for file in sorted(folder.glob("*.npz")) if not file.name.startswith(".")]
+        tasks = [read_task(file) for file in files]
         return tasks, own, str(values.get("changed", ""))
 
     def save(self, name: str, tasks: Iterable[PersonalTask], own: WeightData) -> None:

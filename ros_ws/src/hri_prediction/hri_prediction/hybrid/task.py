@@ -93,6 +93,12 @@ class PersonalTask:
                 )
             array.setflags(write=False)
             object.__setattr__(self, name, array)
+        if self.seen < count or not np.isfinite(self.divergences).all():
+            raise DataError(
+                f"{self.key.name}: {self.seen} reaches seen, {count} kept, divergences "
+                f"{list(self.divergences)[:5]}",
+                expected="as many seen as kept, and finite divergences",
+            )
         if (self.durations_s <= 0.0).any():
             raise DataError(f"{self.key.name} has a duration that is not positive")
 

@@ -26,6 +26,10 @@ _REST_NS = 100_000_000
 _STILL_M = 0.008
 """An arm rests whose wrist has been idle, and within this distance, for so long."""
 _AROUND_NS = 100_000_000
+_SELDOM_NS = 200_000_000
+"""Between two questions about a resting arm."""
+_ELSEWHERE_M = 0.15
+"""Whose shoulder is so far from where it was sits elsewhere, and is measured anew."""
 
 
 class ArmWatch:
@@ -55,26 +59,35 @@ class ArmWatch:
         self._points = np.full((_KEPT, 4, 3), np.nan)
         self._count = 0
         self._body: BodyArm | None = None
+        self._seat = np.full(3, np.nan)
         self._idle_since: int | None = None
         self._anchor = np.full(3, np.nan)
         self._told: Array | None = None
+        self._told_ns = -_SELDOM_NS
         self._questions: list[Rest | SeenReach] = []
         self.unusable = 0
 
     def observe(self, sample: ArmSample, predictor: ReachPredictor) -> None:
         """Take a sample that the predictor has taken before."""
-        if self._count and sample.stamp_ns <= self._stamps[(self._count - 1) % _KEPT]:
-            self._count = 0  # the clock went back: what was before is another recording
+        if self._count:
+            back_ns = int(self._stamps[(self._count - 1) % _KEPT]) - sample.stamp_ns
+            if 0 <= back_ns < 1e9 * self._predictor.stale_time:
+                return  # late or repeated
+            if back_ns > 0:
+                self._count = 0  # the clock went back: what was before is another recording
+        points = predictor.current
         place = self._count % _KEPT
         self._stamps[place] = sample.stamp_ns
-        self._points[place] = sample.keypoints
+        self._points[place] = points
         self._count += 1
         finished = predictor.take_finished()
         if finished is not None:
             self._reached(*finished)
-        if not sample.valid[2]:
+        if predictor.reaching:
+            self._told = None  # wherever it comes to rest, that is another question
+        wrist = points[2]
+        if np.isnan(wrist[0]):
             return
-        wrist = sample.keypoints[2]
         # A reach is noticed when it has gone on for a while: what moves does not rest.
         still = bool(np.abs(wrist - self._anchor).max() < _STILL_M)
         if predictor.reaching:
@@ -83,26 +96,25 @@ class ArmWatch:
             self._idle_since = sample.stamp_ns
             self._anchor = wrist
         elif sample.stamp_ns - self._idle_since >= _REST_NS:
-            self._rests(sample)
+            self._rests(sample.stamp_ns, points)
 
     def questions(self) -> list[Rest | SeenReach]:
         """What is to be told since last asked."""
         found, self._questions = self._questions, []
         return found
 
-    def _rests(self, sample: ArmSample) -> None:
-        if not sample.valid[:3].all():
+    def _rests(self, stamp_ns: int, seen: Array) -> None:
+        if not np.isfinite(seen[:3]).all() or 0 <= stamp_ns - self._told_ns < _SELDOM_NS:
             return
-        points = self._whole(sample.keypoints)
         if self._told is not None and (
-            np.linalg.norm(points - self._told, axis=1).max() < 0.5 * self._config.moved
+            np.linalg.norm(seen[:3] - self._told, axis=1).max() < 0.5 * self._config.moved
         ):
             return
         body = self._known_body()
         if body is None:
             return
-        self._told = points
-        self._questions.append(Rest(body, points))
+        self._told, self._told_ns = np.array(seen[:3]), stamp_ns
+        self._questions.append(Rest(body, self._whole(seen)))
 
     def _reached(self, onset_ns: int, end_ns: int) -> None:
         """Cut out a reach; it is left out where too little of it was seen."""
@@ -152,11 +164,15 @@ class ArmWatch:
 
     def _known_body(self) -> BodyArm | None:
         """The arm with its lengths, once enough was seen of it."""
-        if self._body is None and self._count >= _MEASURED:
+        shoulder = self._points[(self._count - 1) % _KEPT, 0]
+        moved = float(np.linalg.norm(shoulder - self._seat))
+        if (self._body is None or moved > _ELSEWHERE_M) and self._count >= _MEASURED:
             _, points = self._newest()
+            points = points[-_MEASURED:]
             shoulders = points[:, 0][np.isfinite(points[:, 0]).all(axis=1)]
             if not len(shoulders):
                 return None
+            self._seat = np.median(shoulders, axis=0)
             facing = self._facing
             if facing is None:
                 facing = facing_towards(np.median(shoulders, axis=0), self._targets)

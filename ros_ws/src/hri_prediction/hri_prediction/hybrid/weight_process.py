@@ -30,6 +30,8 @@ _LEAST_VARIANCE, _MOST_VARIANCE = 0.05**2, 3.0**2
 """Of an observed logarithm."""
 PERSON_SD = 0.5
 """How far people's logarithms usually are from those of all (standard deviation)."""
+SAME_RAD = 0.1
+"""Reaches between postures that are no further apart are the same one."""
 PERSON_LENGTH_RAD = 1.5
 """Over which distance of postures a person's deviation stays alike."""
 
@@ -47,7 +49,9 @@ def to_logs(alpha: ArrayLike, sd: ArrayLike, names: tuple[str, ...]) -> tuple[Ar
     """
     reference = names.index(JOINT_JERK)
     weights = np.maximum(np.asarray(alpha, dtype=float), LEAST_WEIGHT)
-    relative = (np.asarray(sd, dtype=float) / weights) ** 2
+    # Of a weight at the bound it is only known that it is small.
+    least = np.where(np.asarray(alpha, dtype=float) <= LEAST_WEIGHT, LEAST_WEIGHT, 0.0)
+    relative = (np.maximum(np.asarray(sd, dtype=float), least) / weights) ** 2
     logs = np.log(weights) - np.log(weights[..., reference : reference + 1])
     variance = relative + relative[..., reference : reference + 1]
     return (
@@ -253,8 +257,16 @@ class PersonalProcess:
         return self.people.names
 
     def learnt(self, observed: WeightData) -> PersonalProcess:
-        """The same with more observations of this person."""
-        return replace(self, own=self.own.and_also(observed))
+        """The same with more observations of this person.
+
+        What was observed before of the same reach is replaced: it was made of a part of the same reaches.
+        """
+        gaps = np.abs(self.own.inputs[:, None] - observed.inputs[None]).max(axis=2)
+        kept = ~(gaps < SAME_RAD).any(axis=1)
+        before = WeightData(
+            self.own.names, self.own.inputs[kept], self.own.logs[kept], self.own.variance[kept]
+        )
+        return replace(self, own=before.and_also(observed))
 
     def guess(self, q_start: ArrayLike, q_end: ArrayLike) -> WeightGuess:
         """What is expected of a reach of this person between two postures (3,) [rad]."""

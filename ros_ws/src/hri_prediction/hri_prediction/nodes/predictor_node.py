@@ -105,6 +105,7 @@ class PredictorNode(HriNode):
             if self._config.hybrid
             else None
         )
+        self._without = "none (hybrid)" if self._learning else "none (constant velocity)"
         warm_kernels()
         self._markers = self.announce(MarkerArray, "humans/markers", reliable(1))
         self.listen(IdsList, "humans/bodies/tracked", self._on_ids, LATCHED)
@@ -191,9 +192,6 @@ class PredictorNode(HriNode):
     # ------------------------------------------------------------------ work
     def on_tick(self, now_ns: int) -> None:
         """Predict every tracked arm that was ever seen."""
-        if self._learning is not None:
-            for about, text in self._learning.exchange(self._bodies, self._library):
-                self.fault(f"hybrid {about}", f"hybrid: {text}")
         for body in self._bodies.values():
             for name, arm in body.named_arms():
                 spent_ms = arm.predict(now_ns)
@@ -206,6 +204,9 @@ class PredictorNode(HriNode):
                 body.publisher.publish(
                     message_from_prediction(arm.prediction, body.body_id, self._library_name)
                 )
+        if self._learning is not None:
+            for about, text in self._learning.exchange(self._bodies, self._library):
+                self.fault(f"hybrid {about}", f"hybrid: {text}")
         if now_ns >= self._next_markers_ns or self._next_markers_ns - now_ns > NANO:
             self._next_markers_ns = now_ns + MARKER_PERIOD_NS
             self._publish_markers()
@@ -222,7 +223,7 @@ class PredictorNode(HriNode):
 
     def health(self) -> tuple[bytes, str, dict[str, Any]]:
         """State of every arm, counts of refused samples, how good predictions were and how fast."""
-        figures: dict[str, Any] = {"library": self._library_name or "none (constant velocity)"}
+        figures: dict[str, Any] = {"library": self._library_name or self._without}
         level, words = OK, []
         for body in self._bodies.values():
             if not body.arms:

@@ -62,9 +62,12 @@ class ReachPredictor:
         self._know()
         self.reset()
 
-    def _know(self) -> None:
+    def _know(self, only: str = "") -> None:
+        """Make priors of what is known, of both arms or of one."""
         if self.library is not None:
             for side in ("left", "right"):
+                if only and side != only and side in self._banks:
+                    continue
                 self._priors[side] = bank_prior(self.library.for_side(side), self.config)
                 self._banks[side] = HypothesisBank(self._priors[side], self.config)
 
@@ -89,6 +92,7 @@ class ReachPredictor:
         self._usable_s = -math.inf
         self._reason = ""
         self._reaching = False
+        self._from_rest = False
         self._onset_s = 0.0
         self._reference = np.zeros(3)
         self._updated_s = -math.inf
@@ -138,9 +142,11 @@ class ReachPredictor:
             event = self._segmenter.push(now, points[2])
             if not verdict.reason:
                 self._reason = too_slow(self._segmenter.period_s) or self._reason
-        if event is not None and event.kind != "lost":
+        if event is not None and event.kind == "end":
             self._finish(event.time_s)
         if event is not None and event.kind == "onset":
+            # There and back again without a rest: the second part begins in mid-air.
+            self._from_rest = not self._reaching
             self._begin(event.time_s)
         elif event is not None:
             self._stop()
@@ -176,8 +182,8 @@ class ReachPredictor:
             self._update(time_s, points)
 
     def _finish(self, time_s: float) -> None:
-        """Note a reach that is over, if one was under way and took as long as reaches do."""
-        if self._reaching and time_s - self._onset_s >= self.config.min_reach:
+        """Note a reach from rest to rest that is over, if it took as long as reaches do."""
+        if self._reaching and self._from_rest and time_s - self._onset_s >= self.config.min_reach:
             assert self._epoch is not None
             ends = (self._epoch + round(1e9 * at) for at in (self._onset_s, time_s))
             self._finished = next(ends), next(ends)
@@ -242,19 +248,17 @@ class ReachPredictor:
         return self._reaching
 
     def expect(self, library: TaskLibrary) -> bool:
-        """Know other tasks from now on; not in the midst of a reach, which goes on as it was begun.
-
-        Args:
-            library: Of both arms.
-
-        Returns:
-            Whether they are known now.
-        """
+        """Know other tasks from now on; not in the midst of a reach. Returns whether they are known."""
         if self._reaching:
             return False
         self.library = library
-        self._know()
+        self._know(self._side)
         return True
+
+    @property
+    def current(self) -> Array:
+        """Keypoints (4, 3) of the newest sample that are used [m]; NaN where they are not."""
+        return self._current
 
     @property
     def newest_ns(self) -> int:

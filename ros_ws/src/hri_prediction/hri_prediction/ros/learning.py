@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hri_prediction.errors import ConfigError, DataError
-from hri_prediction.hybrid.background import (
-    Background,
+from hri_prediction.hybrid.background import Background
+from hri_prediction.hybrid.config import HybridConfig
+from hri_prediction.hybrid.loop import (
     Expected,
     Explained,
     Inline,
@@ -22,7 +23,6 @@ from hri_prediction.hybrid.background import (
     Setup,
     Trouble,
 )
-from hri_prediction.hybrid.config import HybridConfig
 from hri_prediction.hybrid.merging import merged
 from hri_prediction.hybrid.person import Rest
 from hri_prediction.hybrid.store import check_person
@@ -69,11 +69,13 @@ def _facing_of(text: str) -> float | None:
 
 
 def _people_of(pairs: Sequence[str]) -> dict[str, str]:
-    found = {}
+    found: dict[str, str] = {}
     for pair in pairs:
         body, equals, name = pair.partition("=")
         if not (equals and body):
             raise ConfigError(f"people {pair!r}", expected="BODY=NAME")
+        if name in found.values() or body in found:
+            raise ConfigError(f"people {pair!r}", expected="each body and each name once")
         found[body] = check_person(name)
     return found
 
@@ -119,6 +121,7 @@ class Learning:
             config,
             Path(weights) if weights else None,
             Path(folder) if folder else None,
+            frozenset(self._people.values()),
         )
         self._loop: Inline | Background = Inline(setup) if at_once else Background(setup)
         self._waiting: dict[tuple[str, str], TaskLibrary] = {}
@@ -147,6 +150,16 @@ class Learning:
                     self._loop.ask(
                         Rested(person, told) if isinstance(told, Rest) else Reached(person, told)
                     )
+        if isinstance(self._loop, Background) and self._loop.lost:
+            self.figures["hybrid questions lost"] = self._loop.lost
+        unusable = sum(
+            arm.watch.unusable
+            for body in bodies.values()
+            for arm in body.arms.values()
+            if arm.watch is not None
+        )
+        if unusable:
+            self.figures["hybrid reaches unusable"] = unusable
         if not self._loop.alive and self.figures["hybrid"] == "running":
             self.figures["hybrid"] = "its process has ended: people are learnt no more"
         if not self._loop.alive:
@@ -154,6 +167,11 @@ class Learning:
         for answer in self._loop.answers():
             if isinstance(answer, Expected):
                 self._waiting[answer.person, answer.side] = answer.library
+                for task, sd in answer.spread.items():
+                    self.figures.setdefault(
+                        f"{answer.person} {task}",
+                        f"not seen yet, weights guessed within e^{sd:.1f}",
+                    )
                 for target, reason in answer.unreachable.items():
                     yield target, f"{answer.person} and {target}: {reason}"
             elif isinstance(answer, Trouble):
@@ -165,7 +183,7 @@ class Learning:
     def _hand_out(
         self, bodies: Mapping[str, FollowedBody], common: TaskLibrary | None
     ) -> Iterator[tuple[str, str]]:
-        """Give libraries to arms that are not in the midst of a reach; for others they are too late."""
+        """Give libraries to arms that are not in the midst of a reach; others get them after it."""
         waiting, self._waiting = self._waiting, {}
         for (person, side), library in waiting.items():
             try:
@@ -174,8 +192,10 @@ class Learning:
                 yield "library", str(error)
                 continue
             for body in bodies.values():
-                if self._people.get(body.body_id, body.body_id) == person and side in body.arms:
-                    body.arms[side].predictor.expect(both)
+                if self._people.get(body.body_id, body.body_id) != person or side not in body.arms:
+                    continue
+                if not body.arms[side].predictor.expect(both):
+                    self._waiting[person, side] = library  # unless a newer one comes
 
     def _note(self, answer: Learnt | Explained) -> None:
         if isinstance(answer, Learnt):

@@ -155,9 +155,9 @@ def reproduce_hybrid(
 ) -> None:
     """Compare first guesses of people's reaches, and how they get better with each reach that is seen.
 
-    Simulated people, who do not move as the models of the predictor do, and recorded ones (found through
-    HRI_DATA_DIR; left out, with the reason, where it is not set). Takes some minutes; the last part
-    measures latencies: leave the machine alone then.
+    Simulated people, of whom some families move as the models of the predictor do and others do not, and
+    recorded ones (found through HRI_DATA_DIR; left out, with the reason, where it is not set). Takes some
+    twenty minutes; the last part measures latencies: leave the machine alone then.
     """
     console = Console()
     out = out or (SMOKE_RESULTS if smoke else RESULTS)

@@ -9,16 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hri_prediction.hybrid.background import (
-    Background,
-    Expected,
-    Explained,
-    Learnt,
-    Reached,
-    Rested,
-    Setup,
-)
+from hri_prediction.hybrid.background import Background
 from hri_prediction.hybrid.config import HybridConfig
+from hri_prediction.hybrid.loop import Expected, Explained, Learnt, Reached, Rested, Setup
 from hri_prediction.hybrid.merging import merged
 from hri_prediction.hybrid.person import Rest
 from hri_prediction.hybrid.watch import ArmWatch
@@ -37,7 +30,7 @@ _PERIOD_NS = 4_000_000
 
 @dataclass(frozen=True)
 class Latency:
-    """Time from a sample to the prediction from it, while the arm reaches [ms].
+    """Time from a sample to the prediction from it [ms].
 
     Attributes:
         p50, p99, most: Of all.
@@ -109,14 +102,12 @@ def measure(
             due = begun + 1e-9 * (sample.stamp_ns - samples[0].stamp_ns)
             while pace and (left := due - time.perf_counter()) > 0.0:
                 time.sleep(left)
-            before = time.perf_counter()
             core.observe(sample)
             if loop is not None:
                 watch.observe(sample, core)
             core.predict(sample.stamp_ns)
-            after = time.perf_counter()
-            if core.reaching:
-                spent.append(1e3 * (after - before))
+            # From when the sample came: what is done after predictions delays the next one.
+            spent.append(1e3 * (time.perf_counter() - due))
             if loop is not None:
                 for told in watch.questions():
                     loop.ask(Rested("p", told) if isinstance(told, Rest) else Reached("p", told))

@@ -63,7 +63,8 @@ def _family(family: str, found: Mapping[str, Any]) -> list[str]:
             f"Mean paths explained after all reaches: {weights['explained']}"
             + (f", not explained {len(weights['failed'])}" if weights["failed"] else "")
             + f". The optimum is {weights['before_cm']:.2f} cm from the mean path with the weights that "
-            f"the process of all people guesses, {weights['after_cm']:.2f} cm with those that were found."
+            f"the process of all people guesses, {weights['after_cm']:.2f} cm with those that were "
+            "found (medians)."
         )
     if weights["alpha_error_person"] is not None:
         text.append(
@@ -121,7 +122,8 @@ def _real(found: Mapping[str, Any]) -> list[str]:
         "## Recorded people\n",
         f"{found['people']} people of `reach_adl_vicon` (github.com/MiaH-kin/UE_ADLdatabase), each arm, "
         "each of two targets, up to five reaches; each reach is the first one in turn. Where a target was "
-        "is not recorded: it is taken to be the median of where the person's wrist ends. Rest of the path "
+        "is not recorded: it is taken to be the median of where the person's wrist ends, which "
+        "optimal control and the straight line are told, and the other two are not. Rest of the path "
         "[cm], target and duration told:\n",
         _curve_table(found["curves"], "warped_m"),
         "Its end point [cm]:\n",
@@ -155,7 +157,7 @@ def _latency(found: Mapping[str, Any]) -> list[str]:
     ]
     return [
         "## Whether predictions wait\n",
-        "Time from a sample to the prediction from it while the arm reaches, at 250 Hz in real time, with "
+        "Time from a sample to the prediction from it, all waiting included, at 250 Hz in real time, with "
         "and without the process that learns beside:\n",
         markdown(
             ("", "p50 [ms]", "p99 [ms]", "most [ms]", "predictions", "learnt", "explained"), rows

@@ -44,6 +44,7 @@ _VIA_M = 0.05
 """How far `via_points` go round."""
 _OTHER = 0.15
 """By how much the arms of `other_lengths` are longer or shorter than they seem."""
+_ATTEMPTS = 5
 _PHASES = np.linspace(0.0, 1.0, POINTS)
 
 
@@ -128,7 +129,18 @@ def draw_subjects(count: int, family: str, rng: np.random.Generator) -> list[Sub
     if family not in FAMILIES:
         raise ConfigError(f"people {family!r}", expected="one of " + ", ".join(FAMILIES))
     people = draw_people(count, rng, design.STARTS_12_DEG)
-    return [_subject(f"S{i + 1}", family, each.law, rng) for i, each in enumerate(people)]
+    return [_drawn(f"S{i + 1}", family, each.law, rng) for i, each in enumerate(people)]
+
+
+def _drawn(name: str, family: str, law: WeightLaw, rng: np.random.Generator) -> Subject:
+    """A person; drawn anew where no optimum is found for one of the reaches."""
+    for attempt in range(_ATTEMPTS):
+        try:
+            return _subject(name, family, law, rng)
+        except NotConverged:
+            if attempt == _ATTEMPTS - 1:
+                raise
+    raise AssertionError("there is one attempt at least")
 
 
 def _subject(name: str, family: str, law: WeightLaw, rng: np.random.Generator) -> Subject:

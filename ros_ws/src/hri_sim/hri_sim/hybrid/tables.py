@@ -51,8 +51,9 @@ def explanations(courses: Sequence[Course]) -> dict[str, Any]:
     return {
         "explained": len(done),
         "failed": failed,
-        "before_cm": 100.0 * float(np.mean([why.before_m for why in done])) if done else None,
-        "after_cm": 100.0 * float(np.mean([why.after_m for why in done])) if done else None,
+        # A guess of which there is no optimum has no distance.
+        "before_cm": 100.0 * float(np.median([why.before_m for why in done])) if done else None,
+        "after_cm": 100.0 * float(np.median([why.after_m for why in done])) if done else None,
         "alpha_error_people": float(np.mean([pair[0] for pair in later])) if later else None,
         "alpha_error_person": float(np.mean([pair[1] for pair in later])) if later else None,
     }

@@ -1,0 +1,263 @@
+"""The hybrid loop of all people that a predictor follows: questions and answers."""
+
+from __future__ import annotations
+
+import traceback
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hri_prediction.errors import HriError
+from hri_prediction.hybrid.body import CONVENTION
+from hri_prediction.hybrid.config import HybridConfig
+from hri_prediction.hybrid.person import HybridPerson, NoTarget, Rest, SeenReach
+from hri_prediction.hybrid.prior_path import solver_of
+from hri_prediction.hybrid.store import PeopleStore
+from hri_prediction.hybrid.task import TaskKey
+from hri_prediction.hybrid.weight_file import load_process
+from hri_prediction.hybrid.why import Why
+from hri_prediction.motor_control.arm_model import ANATOMICAL, ArmModel
+from hri_prediction.motor_control.costs import COSTS
+from hri_prediction.motor_control.ioc import explain
+from hri_prediction.motor_control.observed import of_angles
+from hri_prediction.motor_control.problem import ReachProblem
+from hri_prediction.prediction.config import PredictorConfig
+from hri_prediction.prediction.library import TaskLibrary
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Setup:
+    """What the loop needs to know.
+
+    Attributes:
+        targets: Where tips of hands may end, by name (3,) [m], in the world.
+        predictor: Settings of the predictors that are given libraries.
+        config: Of the hybrid.
+        weights: File of a process of weights; none: the one that ships with the package.
+        store: Folder of people; none: nothing is kept.
+        people: Names of those who are kept there; others are forgotten at the end.
+    """
+
+    targets: Mapping[str, Array]
+    predictor: PredictorConfig
+    config: HybridConfig
+    weights: Path | None = None
+    store: Path | None = None
+    people: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True, eq=False)
+class Rested:
+    """An arm of a person rests: what may it do next?"""
+
+    person: str
+    rest: Rest
+
+
+@dataclass(frozen=True, eq=False)
+class Reached:
+    """A reach of a person has ended."""
+
+    person: str
+    reach: SeenReach
+
+
+@dataclass(frozen=True, eq=False)
+class Expected:
+    """What an arm may do next.
+
+    Attributes:
+        person: Whose.
+        side: Which arm.
+        library: Its tasks.
+        unreachable: Targets that cannot be reached, and why.
+        spread: Of tasks that were never seen: standard deviation of the logarithms of the weights that
+            were guessed.
+    """
+
+    person: str
+    side: str
+    library: TaskLibrary
+    unreachable: dict[str, str]
+    spread: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Learnt:
+    """A reach was learnt.
+
+    Attributes:
+        person: Whose.
+        task: Which.
+        seen: Reaches of it so far.
+        divergence: Of this update, by weight.
+    """
+
+    person: str
+    task: str
+    seen: int
+    divergence: float
+
+
+@dataclass(frozen=True, eq=False)
+class Explained:
+    """A mean path was explained."""
+
+    person: str
+    why: Why
+
+
+@dataclass(frozen=True)
+class Trouble:
+    """Something could not be done.
+
+    Attributes:
+        person: Whose it is.
+        text: What, and why.
+    """
+
+    person: str
+    text: str
+
+
+Question = Rested | Reached
+Answer = Expected | Learnt | Explained | Trouble
+
+
+class Loop:
+    """The hybrid loop of all people that a predictor follows; see :class:`Background`.
+
+    Args:
+        setup: What it needs to know.
+
+    Raises:
+        DataError: the file of weights cannot be used.
+    """
+
+    def __init__(self, setup: Setup) -> None:
+        warm_loop()
+        self._setup = setup
+        self._weights = load_process(setup.weights)
+        self._store = PeopleStore(setup.store) if setup.store is not None else None
+        self._people: dict[str, HybridPerson] = {}
+        self._kept: set[str] = set()
+
+    def answer(self, question: Question) -> list[Answer]:
+        """Do what is asked for; what goes wrong is an answer too."""
+        name = question.person
+        try:
+            forgotten = self._forget_deleted(name)
+            if isinstance(question, Rested):
+                person = self._person(name)
+                library = person.at_rest(question.rest)
+                spread = {key.name: sd for key, sd in person.guessed_sd.items()}
+                side = question.rest.body.side
+                return [*forgotten, Expected(name, side, library, dict(person.unreachable), spread)]
+            key = self._person(name).reached(question.reach)
+            self._keep(name, [key])
+        except NoTarget:
+            return []
+        except HriError as error:
+            return [Trouble(name, str(error))]
+        except Exception as error:  # whatever it is, the next question may go well
+            traceback.print_exc()
+            return [Trouble(name, f"{type(error).__name__}: {error}")]
+        task = self._people[name].tasks[key]
+        return [*forgotten, Learnt(name, key.name, task.seen, task.divergences[-1])]
+
+    def explain_next(self) -> Answer | None:
+        """Explain one mean path that has settled, if there is one."""
+        for name, person in self._people.items():
+            waiting = person.to_explain()
+            if not waiting:
+                continue
+            try:
+                found = person.explain(waiting[0])
+                self._keep(name, waiting[:1])
+            except Exception as error:  # the path stays unexplained until more is known
+                if not isinstance(error, HriError):
+                    traceback.print_exc()
+                return Trouble(name, f"{waiting[0].name} is not explained: {error}")
+            return Explained(name, found)
+        return None
+
+    def _forget_deleted(self, name: str) -> list[Answer]:
+        """Forget a person whose folder was deleted or moved while it was known here."""
+        if name not in self._kept or (self._store is not None and name in self._store.names()):
+            return []
+        self._kept.discard(name)
+        del self._people[name]
+        return [Trouble(name, "the folder is gone: the person is forgotten, and learnt anew")]
+
+    def _stored(self, name: str) -> PeopleStore | None:
+        """Where a person is kept; strangers are not."""
+        return self._store if name in self._setup.people else None
+
+    def _person(self, name: str) -> HybridPerson:
+        if name not in self._people:
+            store = self._stored(name)
+            tasks, own = store.load(name) if store is not None else ([], None)
+            self._people[name] = HybridPerson(
+                self._setup.targets,
+                self._weights,
+                self._setup.predictor,
+                self._setup.config,
+                tasks=tasks,
+                own=own,
+            )
+            if tasks:
+                self._kept.add(name)
+        return self._people[name]
+
+    def _keep(self, name: str, keys: list[TaskKey]) -> None:
+        store = self._stored(name)
+        if store is not None:
+            person = self._people[name]
+            store.save(name, [person.tasks[key] for key in keys], person.weights.own)
+            self._kept.add(name)
+
+
+def warm_loop() -> None:
+    """Explain a reach once: models and kernels are compiled before anything is asked."""
+    solver = solver_of(ArmModel.of_body(convention=CONVENTION), ANATOMICAL)
+    problem = ReachProblem.at_rest([0.9, 1.0, 1.2], [0.4, 1.3, 0.6], 1.0)
+    angles = solver.solve(problem, np.ones(len(COSTS))).angles(np.linspace(0.0, 1.0, 20))
+    explain(solver, of_angles(problem, angles, solver.arm))
+
+
+class Inline:
+    """The loop in the process and at the time of the question: for virtual time, where nothing is late.
+
+    Args:
+        setup: What it needs to know.
+    """
+
+    def __init__(self, setup: Setup) -> None:
+        self._loop = Loop(setup)
+        self._answers: deque[Answer] = deque()
+
+    def ask(self, question: Question) -> None:
+        """Do what is asked for, at once."""
+        self._answers.extend(self._loop.answer(question))
+        if isinstance(question, Reached) and (found := self._loop.explain_next()) is not None:
+            self._answers.append(found)
+
+    def answers(self) -> list[Answer]:
+        """What came of it since last asked."""
+        found = list(self._answers)
+        self._answers.clear()
+        return found
+
+    @property
+    def alive(self) -> bool:
+        """Whether it can still answer."""
+        return True
+
+    def close(self) -> None:
+        """End it."""
