@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hri_planner.adaptation import bayesian, gpr_selection
+from hri_planner.adaptation import bayesian
 from hri_planner.adaptation.best_fixed import BestFixed, best_fixed
 from hri_planner.adaptation.features import FAR_M, FEATURES, Scaling, vector
 from hri_planner.adaptation.gpr_selection import GprSelection, fit_gpr
@@ -22,6 +22,7 @@ from hri_planner.adaptation.model_file import (
 )
 from hri_planner.adaptation.success_selection import fit_success
 from hri_planner.ptomp.situation import Situation
+from hri_prediction import extras
 from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.promp.storage import write_npz
 
@@ -237,6 +238,6 @@ def test_training_needs_numbers():
 
 
 def test_what_training_lacks_is_said(monkeypatch):
-    monkeypatch.setattr(gpr_selection.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(extras.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(ConfigError, match=r"scikit-learn.*requirements/training\.txt"):
         fit_gpr(np.zeros((3, 5)), np.zeros((3, 2)))

@@ -99,7 +99,7 @@ def test_targets_that_cannot_be_reached_are_named(targets, people, rest):
     far = {**targets, "moon": np.array([-3.0, 0.0, 0.0])}
     person = HybridPerson(far, people)
     assert len(person.at_rest(rest).tasks) == 2
-    assert "no nearer than" in person.unreachable["moon"]
+    assert "no nearer than" in person.remarks["moon"]
     with pytest.raises(DataError, match="no target can be reached"):
         HybridPerson({"moon": far["moon"]}, people).at_rest(rest)
     with pytest.raises(DataError, match="no targets"):

@@ -12,7 +12,9 @@ from typer.testing import CliRunner
 from hri_prediction.errors import ConfigError
 from hri_sim.hybrid.command import app
 from hri_sim.hybrid.first_guesses import GUESSES
+from hri_sim.hybrid.report import _cm
 from hri_sim.hybrid.subjects import FAMILIES, POINTS, VARIABILITY_M, draw_subjects, stray
+from hri_sim.hybrid.tables import _median_cm
 from hri_sim.hybrid.trial import run_person
 
 
@@ -67,3 +69,9 @@ def test_the_short_form(tmp_path: Path) -> None:
     assert "p99" in text
     for name in ("errors", "weights"):
         assert (tmp_path / "hybrid" / f"{name}.png").stat().st_size > 10_000
+
+
+def test_weights_without_an_optimum_do_not_end_a_report() -> None:
+    assert np.isnan(_median_cm([]))
+    assert _median_cm([float("inf"), 0.01, 0.03]) == pytest.approx(2.0)
+    assert _cm(None) == "–"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -12,8 +13,8 @@ from hri_sim.launch.run import RunOptions
 from hri_sim.scenario.conditions import draw_scenario
 
 
-def options(tmp_path: Path, **others: object) -> RunOptions:
-    return RunOptions(out=tmp_path, **others)  # type: ignore[arg-type]
+def options(tmp_path: Path, **others: Any) -> RunOptions:
+    return RunOptions(out=tmp_path, **others)
 
 
 def test_nobody_is_learnt_unless_asked_for(tmp_path: Path) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import warnings
 from dataclasses import dataclass
 from typing import Any
@@ -13,7 +12,8 @@ from numpy.typing import NDArray
 from hri_planner.adaptation.features import FEATURES, Scaling, vector
 from hri_planner.adaptation.grid import Cell, clipped
 from hri_planner.ptomp.situation import Situation
-from hri_prediction.errors import ConfigError, DataError
+from hri_prediction.errors import DataError
+from hri_prediction.extras import check_scikit_learn
 
 FloatArray = NDArray[np.float64]
 
@@ -92,19 +92,6 @@ class GprSelection:
         """What was saved."""
         rest = {name: arrays[name] for name in arrays if name not in ("center", "scale")}
         return cls(Scaling(arrays["center"], arrays["scale"]), **rest)
-
-
-def check_scikit_learn() -> None:
-    """Say at once that training will need what is not installed.
-
-    Raises:
-        ConfigError: naming the command that installs it.
-    """
-    if importlib.util.find_spec("sklearn") is None:
-        raise ConfigError(
-            "training needs scikit-learn, which is not installed",
-            hint="run: .venv/bin/python -m pip install -r requirements/training.txt",
-        )
 
 
 def fit_gpr(features: FloatArray, labels: FloatArray) -> GprSelection:

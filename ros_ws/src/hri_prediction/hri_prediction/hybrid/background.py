@@ -21,7 +21,8 @@ from hri_prediction.hybrid.weight_file import load_process
 
 _NICE = 10
 """The process steps back behind those of the graph."""
-_END_S = 5.0
+_END_S = 3.0
+"""So long may it take to end; whoever launches the predictor waits for 5 s."""
 _MOST_WAITING = 100
 """Questions at most that wait to be asked."""
 

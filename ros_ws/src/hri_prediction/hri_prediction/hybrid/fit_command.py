@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
@@ -16,6 +15,7 @@ from hri_prediction.files.values import read_json
 from hri_prediction.hybrid.fitting import data_of_reaches, fit_process
 from hri_prediction.hybrid.weight_file import save_process
 from hri_prediction.hybrid.weight_process import WeightData, WeightProcess, to_alpha
+from hri_prediction.results.options import run_app
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 _FOLDS = 5
@@ -75,6 +75,12 @@ def describe(process: WeightProcess) -> str:
 def fit_weights(
     results: Annotated[Path, typer.Argument(help="results.json of fit_ioc.py.")],
     out: Annotated[Path, typer.Option(help="File of the process of weights (JSON).")],
+    about: Annotated[
+        str,
+        typer.Option(
+            help="Whose reaches these are, for the file. Default: how many of which file."
+        ),
+    ] = "",
     seed: Annotated[int, typer.Option(help="Of the starts of the search.", min=0)] = 0,
 ) -> None:
     """Fit Gaussian processes to explained reaches: which weights of costs to expect between two postures.
@@ -84,7 +90,7 @@ def fit_weights(
     """
     data = read_results(results)
     process = fit_process(data, seed)
-    save_process(out, process, f"{len(data)} reaches of {results.name}")
+    save_process(out, process, about or f"{len(data)} reaches of {results.name}")
     print(f"{len(data)} reaches; {json.dumps(list(data.names))}")
     print(describe(process))
     if len(data) >= LEAST_LEFT_OUT:
@@ -98,14 +104,4 @@ def fit_weights(
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run ``fit_weights`` with ``argv`` (default: the process' arguments); its exit code."""
-    try:
-        app(args=None if argv is None else list(argv), prog_name="fit_weights.py")
-    except SystemExit as stop:
-        return stop.code if isinstance(stop.code, int) else int(stop.code is not None)
-    except HriError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 1
-    except OSError as error:
-        print(f"error: {error.filename}: {error.strerror or error}", file=sys.stderr)
-        return 1
-    return 0
+    return run_app(app, "fit_weights.py", argv)

@@ -2,32 +2,19 @@
 
 from __future__ import annotations
 
-import importlib.util
 import warnings
 from typing import Any
 
 import numpy as np
 
-from hri_prediction.errors import ConfigError, DataError
+from hri_prediction.errors import DataError
+from hri_prediction.extras import check_scikit_learn
 from hri_prediction.hybrid.weight_process import WeightData, WeightProcess
 
 LEAST_REACHES = 10
 _LENGTHS_RAD = (0.5, 10.0)
 _AMPLITUDES = (0.05, 20.0)
 _RESTARTS = 3
-
-
-def check_scikit_learn() -> None:
-    """Say at once that fitting will need what is not installed.
-
-    Raises:
-        ConfigError: naming the command that installs it.
-    """
-    if importlib.util.find_spec("sklearn") is None:
-        raise ConfigError(
-            "fitting Gaussian processes needs scikit-learn, which is not installed",
-            hint="run: .venv/bin/python -m pip install -r requirements/training.txt",
-        )
 
 
 def fit_process(data: WeightData, seed: int = 0) -> WeightProcess:

@@ -76,7 +76,7 @@ class Expected:
         person: Whose.
         side: Which arm.
         library: Its tasks.
-        unreachable: Targets that cannot be reached, and why.
+        remarks: Targets that cannot be reached, or without an optimum, and why.
         spread: Of tasks that were never seen: standard deviation of the logarithms of the weights that
             were guessed.
     """
@@ -84,7 +84,7 @@ class Expected:
     person: str
     side: str
     library: TaskLibrary
-    unreachable: dict[str, str]
+    remarks: dict[str, str]
     spread: dict[str, float]
 
 
@@ -158,7 +158,7 @@ class Loop:
                 library = person.at_rest(question.rest)
                 spread = {key.name: sd for key, sd in person.guessed_sd.items()}
                 side = question.rest.body.side
-                return [*forgotten, Expected(name, side, library, dict(person.unreachable), spread)]
+                return [*forgotten, Expected(name, side, library, dict(person.remarks), spread)]
             key = self._person(name).reached(question.reach)
             self._keep(name, [key])
         except NoTarget:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
@@ -11,8 +10,8 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from hri_prediction.errors import HriError
 from hri_prediction.hybrid.store import PeopleStore
+from hri_prediction.results.options import run_app
 
 DEFAULT_FOLDER = Path("runs/people")
 
@@ -91,11 +90,4 @@ def delete(
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run ``people`` with ``argv`` (default: the process' arguments); its exit code."""
-    try:
-        app(args=None if argv is None else list(argv), prog_name="people.py")
-    except SystemExit as stop:
-        return stop.code if isinstance(stop.code, int) else int(stop.code is not None)
-    except HriError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 1
-    return 0
+    return run_app(app, "people.py", argv)

@@ -88,7 +88,7 @@ class HybridPerson:
     Attributes:
         tasks: By key.
         weights: Of costs, as they are expected of this person.
-        unreachable: Targets that could not be reached from the last rest, and why.
+        remarks: On targets from the last rest: why one cannot be reached, or has no optimum.
         guessed_sd: Of tasks of which nothing was seen: standard deviation of the logarithms of their
             weights, mean over costs.
 
@@ -128,7 +128,7 @@ class HybridPerson:
                     hint="use the settings of then, or forget the person",
                 )
         self._bodies: dict[str, BodyArm] = {}
-        self.unreachable: dict[str, str] = {}
+        self.remarks: dict[str, str] = {}
         self.guessed_sd: dict[TaskKey, float] = {}
 
     # ------------------------------------------------------------------ first guess
@@ -143,7 +143,7 @@ class HybridPerson:
         shoulder, tip = rest.points[0], rest.points[3]
         start = (rest.points[1:3] - shoulder).ravel()
         here = self.place_of(tip)
-        self.unreachable = {}
+        self.remarks = {}
         keys = []
         for target, at in self.targets.items():
             if target == here:
@@ -152,11 +152,13 @@ class HybridPerson:
             try:
                 self._prepare(key, rest.body, Geometry(start, at - shoulder))
             except DataError as error:
-                self.unreachable[target] = str(error)
+                self.remarks[target] = str(error)
                 continue
+            if why_not := self.tasks[key].path.why_not:
+                self.remarks[target] = f"expected along a straight line: {why_not}"
             keys.append(key)
         if not keys:
-            reason = next(iter(self.unreachable.values()), "the hand is where it may reach to")
+            reason = next(iter(self.remarks.values()), "the hand is where it may reach to")
             raise DataError(f"no target can be reached for: {reason}", expected="one at least")
         return self.library(keys, rest.body)
 

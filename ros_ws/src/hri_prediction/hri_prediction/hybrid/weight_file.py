@@ -17,7 +17,8 @@ from hri_prediction.hybrid.weight_process import WeightData, WeightProcess
 FORMAT = "hri-weight-process-1"
 SHIPPED = "first_weights.json"
 """Fitted to what inverse optimal control makes of the mean reaches of 15 simulated people for the 108 tasks
-of the thesis' chapter 3 (``scripts/fit_weights.py``)."""
+of the thesis' chapter 3: ``scripts/fit_weights.py`` with ``means.json`` of
+``scripts/reproduce_motor_control.py``, which stands in its folder of runs."""
 
 
 MOST = 2000

@@ -31,7 +31,7 @@ from hri_prediction.motor_control.costs import (
 )
 from hri_prediction.motor_control.results_table import HEAD, draw, markdown, summary_rows
 from hri_prediction.motor_control.scaling import MAXIMUM, SCALINGS
-from hri_prediction.results.options import Scheduler, Workers, make_folders, resumable
+from hri_prediction.results.options import Scheduler, Workers, make_folders, resumable, run_app
 from hri_prediction.results.origin import available_cores, origin_line, results_origin
 from hri_prediction.results.progress import ProgressLine
 from hri_prediction.tracks.segmentation import SegmentationConfig
@@ -254,8 +254,4 @@ def fit_ioc(
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run ``fit_ioc`` with ``argv`` (default: the process' arguments); its exit code."""
-    try:
-        app(args=None if argv is None else list(argv), prog_name="fit_ioc.py")
-    except SystemExit as stop:
-        return stop.code if isinstance(stop.code, int) else int(stop.code is not None)
-    return 0
+    return run_app(app, "fit_ioc.py", argv)

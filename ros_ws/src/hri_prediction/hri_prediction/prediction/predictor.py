@@ -185,8 +185,8 @@ class ReachPredictor:
         """Note a reach from rest to rest that is over, if it took as long as reaches do."""
         if self._reaching and self._from_rest and time_s - self._onset_s >= self.config.min_reach:
             assert self._epoch is not None
-            ends = (self._epoch + round(1e9 * at) for at in (self._onset_s, time_s))
-            self._finished = next(ends), next(ends)
+            onset_ns, end_ns = round(1e9 * self._onset_s), round(1e9 * time_s)
+            self._finished = self._epoch + onset_ns, self._epoch + end_ns
 
     def _stop(self) -> None:
         self._reaching = False

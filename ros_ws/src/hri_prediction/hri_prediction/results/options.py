@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import sys
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
@@ -10,7 +11,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from hri_prediction.errors import ConfigError
+from hri_prediction.errors import ConfigError, HriError
 
 Workers = Annotated[
     int | None, typer.Option(help="Processes (default: one a core).", min=1, show_default=False)
@@ -38,6 +39,31 @@ def make_folders(**folders: Path) -> None:
                 f"cannot make --{name} {folder}: {error.strerror}",
                 hint=f"choose another with --{name}",
             ) from error
+
+
+def run_app(app: typer.Typer, name: str, argv: Sequence[str] | None = None) -> int:
+    """Run a command line; what is wrong is a line on stderr.
+
+    Args:
+        app: The command line.
+        name: Of the script.
+        argv: Arguments; none: those of the process.
+
+    Returns:
+        Its exit code: 1 when something is wrong.
+    """
+    try:
+        app(args=None if argv is None else list(argv), prog_name=name)
+    except SystemExit as stop:
+        return stop.code if isinstance(stop.code, int) else int(stop.code is not None)
+    except HriError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        print(f"error: {where}{error.strerror or error}", file=sys.stderr)
+        return 1
+    return 0
 
 
 @contextmanager

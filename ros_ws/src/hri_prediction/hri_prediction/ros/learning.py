@@ -172,7 +172,7 @@ class Learning:
                         f"{answer.person} {task}",
                         f"not seen yet, weights guessed within e^{sd:.1f}",
                     )
-                for target, reason in answer.unreachable.items():
+                for target, reason in answer.remarks.items():
                     yield target, f"{answer.person} and {target}: {reason}"
             elif isinstance(answer, Trouble):
                 yield answer.person, f"{answer.person}: {answer.text}"

@@ -10,10 +10,10 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
-from hri_planner.adaptation.gpr_selection import check_scikit_learn
 from hri_planner.adaptation.model_file import save_model
 from hri_planner.adaptation.origin import planner_hash, trained_for_another, warning
 from hri_prediction.errors import ConfigError
+from hri_prediction.extras import check_scikit_learn
 from hri_prediction.results.options import Scheduler, Workers, make_folders, resumable
 from hri_prediction.results.origin import available_cores, origin_line, results_origin
 from hri_prediction.results.progress import ProgressLine

@@ -40,6 +40,10 @@ def report(content: Mapping[str, Any]) -> str:
     return "\n".join(text) + "\n"
 
 
+def _cm(value: float | None) -> str:
+    return "–" if value is None else f"{value:.2f} cm"
+
+
 def _curve_table(found: Mapping[str, Any], kind: str) -> str:
     counts = list(found[GUESSES[0]][kind])
     head = ("first guess", *(f"after {count}" for count in counts))
@@ -62,8 +66,8 @@ def _family(family: str, found: Mapping[str, Any]) -> list[str]:
         text.append(
             f"Mean paths explained after all reaches: {weights['explained']}"
             + (f", not explained {len(weights['failed'])}" if weights["failed"] else "")
-            + f". The optimum is {weights['before_cm']:.2f} cm from the mean path with the weights that "
-            f"the process of all people guesses, {weights['after_cm']:.2f} cm with those that were "
+            + f". The optimum is {_cm(weights['before_cm'])} from the mean path with the weights that "
+            f"the process of all people guesses, {_cm(weights['after_cm'])} with those that were "
             "found (medians)."
         )
     if weights["alpha_error_person"] is not None:
@@ -121,15 +125,15 @@ def _real(found: Mapping[str, Any]) -> list[str]:
     text = [
         "## Recorded people\n",
         f"{found['people']} people of `reach_adl_vicon` (github.com/MiaH-kin/UE_ADLdatabase), each arm, "
-        "each of two targets, up to five reaches; each reach is the first one in turn. Where a target was "
+        "each of two targets, up to five reaches; each reach is the first one in turn. Where a target was, "
         "is not recorded: it is taken to be the median of where the person's wrist ends, which "
         "optimal control and the straight line are told, and the other two are not. Rest of the path "
         "[cm], target and duration told:\n",
         _curve_table(found["curves"], "warped_m"),
         "Its end point [cm]:\n",
         _curve_table(found["curves"], "end_m"),
-        f"Mean paths explained: {found['explained']}, the optimum {found['before_cm']:.2f} cm from them "
-        f"with guessed and {found['after_cm']:.2f} cm with new weights (medians)."
+        f"Mean paths explained: {found['explained']}, the optimum {_cm(found['before_cm'])} from them "
+        f"with guessed and {_cm(found['after_cm'])} with new weights (medians)."
         if found["explained"]
         else "No mean path was explained.",
     ]

@@ -51,12 +51,17 @@ def explanations(courses: Sequence[Course]) -> dict[str, Any]:
     return {
         "explained": len(done),
         "failed": failed,
-        # A guess of which there is no optimum has no distance.
-        "before_cm": 100.0 * float(np.median([why.before_m for why in done])) if done else None,
-        "after_cm": 100.0 * float(np.median([why.after_m for why in done])) if done else None,
+        "before_cm": _median_cm([why.before_m for why in done]),
+        "after_cm": _median_cm([why.after_m for why in done]),
         "alpha_error_people": float(np.mean([pair[0] for pair in later])) if later else None,
         "alpha_error_person": float(np.mean([pair[1] for pair in later])) if later else None,
     }
+
+
+def _median_cm(distances_m: Sequence[float]) -> float:
+    """Median [cm] of those that there are: weights without an optimum have no distance. NaN without any."""
+    there = [value for value in distances_m if np.isfinite(value)]
+    return 100.0 * float(np.median(there)) if there else float("nan")
 
 
 def of_courses(courses: Sequence[Course]) -> dict[str, Any]:
@@ -72,7 +77,7 @@ def of_courses(courses: Sequence[Course]) -> dict[str, Any]:
                 target: {
                     "alpha": why.alpha.tolist(),
                     "truth": course.truth[target],
-                    "before_cm": 100.0 * why.before_m,
+                    "before_cm": _median_cm([why.before_m]),
                     "after_cm": 100.0 * why.after_m,
                 }
                 for target, why in course.whys.items()
@@ -107,6 +112,6 @@ def of_real(course: RealCourse) -> dict[str, Any]:
             if isinstance(why, str)
         },
         "explained": len(done),
-        "before_cm": 100.0 * float(np.median([why.before_m for why in done])) if done else None,
-        "after_cm": 100.0 * float(np.median([why.after_m for why in done])) if done else None,
+        "before_cm": _median_cm([why.before_m for why in done]),
+        "after_cm": _median_cm([why.after_m for why in done]),
     }
