@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from reaching import reach_of
 
-from hri_prediction.errors import DataError
+from hri_prediction.errors import DataError, HriError
+from hri_prediction.hybrid import background
 from hri_prediction.hybrid.background import Background, _still_asked
 from hri_prediction.hybrid.config import HybridConfig
 from hri_prediction.hybrid.loop import (
@@ -47,6 +48,10 @@ def setup(targets, people, tmp_path):
         tmp_path / "people",
         frozenset({"anna"}),
     )
+
+
+def _dies(connection, setup):
+    """A process that ends at once."""
 
 
 def reaches(targets, people, rest, count):
@@ -103,6 +108,12 @@ def test_it_ends_with_whoever_started_it(setup):
         pipe.shutdown(socket.SHUT_RDWR)  # as when the predictor is killed
     loop._process.join(60.0)
     assert loop._process.exitcode == 0
+
+
+def test_a_process_that_does_not_begin_is_said(setup, monkeypatch):
+    monkeypatch.setattr(background, "_work", _dies)
+    with pytest.raises(HriError, match="did not begin"):
+        Background(setup)
 
 
 def test_trouble_is_told_and_does_not_end_it(setup, rest, targets):
@@ -162,7 +173,6 @@ def test_who_is_deleted_meanwhile_is_forgotten(setup, rest, targets, people):
 def test_asking_never_waits(setup, rest):
     loop = Background(setup)
     try:
-        loop._process.join(0.0)
         os.kill(loop._process.pid, signal.SIGSTOP)
         begin = time.monotonic()
         for _ in range(2000):

@@ -16,13 +16,17 @@ import threading
 from collections import deque
 from multiprocessing.connection import Connection
 
+from hri_prediction.errors import HriError
 from hri_prediction.hybrid.loop import Answer, Loop, Question, Rested, Setup
 from hri_prediction.hybrid.weight_file import load_process
 
+_READY = "ready"
 _NICE = 10
 """The process steps back behind those of the graph."""
 _END_S = 3.0
 """So long may it take to end; whoever launches the predictor waits for 5 s."""
+_READY_S = 80.0
+"""So long may it take to begin: the first time, the model of the arm and kernels are compiled."""
 _MOST_WAITING = 100
 """Questions at most that wait to be asked."""
 
@@ -31,7 +35,8 @@ class Background:
     """The loop in a process of its own.
 
     Two threads carry questions there and answers back, so that neither :meth:`ask` nor :meth:`answers` ever
-    waits, whatever the process does.
+    waits, whatever the process does. That it is ready is waited for at the begin: what is asked before
+    would be answered too late.
 
     Args:
         setup: What it needs to know.
@@ -41,6 +46,7 @@ class Background:
 
     Raises:
         DataError: the file of weights cannot be used.
+        HriError: the process does not begin.
     """
 
     def __init__(self, setup: Setup) -> None:
@@ -55,8 +61,21 @@ class Background:
         )
         self._process.start()
         theirs.close()
+        self._wait_ready()
         for carry in (self._carry_there, self._carry_back):
             threading.Thread(target=carry, name="hybrid", daemon=True).start()
+
+    def _wait_ready(self) -> None:
+        ready = False
+        with contextlib.suppress(EOFError, OSError):
+            ready = self._connection.poll(_READY_S) and self._connection.recv() == _READY
+        if not ready:
+            self._process.kill()
+            self._process.join()
+            raise HriError(
+                f"the process that learns people did not begin (within {_READY_S:.0f} s)",
+                hint="what it said stands above, on stderr",
+            )
 
     def _carry_there(self) -> None:
         with contextlib.suppress(OSError):
@@ -102,6 +121,7 @@ def _work(connection: Connection, setup: Setup) -> None:
     with contextlib.suppress(OSError):
         os.nice(_NICE)
     loop = Loop(setup)
+    connection.send(_READY)
     ended = False
     while not ended:
         questions: list[Question | None] = []

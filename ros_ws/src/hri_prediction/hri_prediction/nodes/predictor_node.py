@@ -91,6 +91,10 @@ class PredictorNode(HriNode):
         self._compute_ms: deque[float] = deque(maxlen=500)
         self._next_markers_ns = 0
         guess = declare_config(self, HybridConfig, prefix="guess")
+        if self._config.hybrid:
+            self.get_logger().info(
+                "starting what learns people; the first time it is compiled, for half a minute"
+            )
         self._learning = (
             Learning(
                 targets_of(self._config.target_names, self._config.target_positions),
