@@ -50,10 +50,6 @@ def setup(targets, people, tmp_path):
     )
 
 
-def _dies(connection, setup):
-    """A process that ends at once."""
-
-
 def reaches(targets, people, rest, count):
     person, rng = HybridPerson(targets, people), np.random.default_rng(1)
     person.at_rest(rest)
@@ -106,12 +102,11 @@ def test_it_ends_with_whoever_started_it(setup):
     loop = Background(setup)
     with socket.socket(fileno=os.dup(loop._connection.fileno())) as pipe:
         pipe.shutdown(socket.SHUT_RDWR)  # as when the predictor is killed
-    loop._process.join(60.0)
-    assert loop._process.exitcode == 0
+    assert loop._process.wait(60.0) == 0
 
 
 def test_a_process_that_does_not_begin_is_said(setup, monkeypatch):
-    monkeypatch.setattr(background, "_work", _dies)
+    monkeypatch.setattr(background, "_MODULE", "hri_prediction.errors")
     with pytest.raises(HriError, match="did not begin"):
         Background(setup)
 

@@ -11,7 +11,8 @@ import contextlib
 import multiprocessing
 import os
 import queue
-import signal
+import subprocess
+import sys
 import threading
 from collections import deque
 from multiprocessing.connection import Connection
@@ -20,6 +21,7 @@ from hri_prediction.errors import HriError
 from hri_prediction.hybrid.loop import Answer, Loop, Question, Rested, Setup
 from hri_prediction.hybrid.weight_file import load_process
 
+_MODULE = "hri_prediction.hybrid.background"
 _READY = "ready"
 _NICE = 10
 """The process steps back behind those of the graph."""
@@ -54,24 +56,28 @@ class Background:
         self.lost = 0
         self._questions: queue.Queue[Question | None] = queue.Queue(_MOST_WAITING)
         self._answers: deque[Answer] = deque()
-        context = multiprocessing.get_context("spawn")
-        self._connection, theirs = context.Pipe()
-        self._process = context.Process(
-            target=_work, args=(theirs, setup), name="hybrid", daemon=True
+        self._connection, theirs = multiprocessing.Pipe()
+        # Not what `multiprocessing` starts: that would run the script anew that this is a part of.
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", _MODULE, str(theirs.fileno())],
+            pass_fds=[theirs.fileno()],
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+            process_group=0,  # Ctrl-C is for whoever started it
         )
-        self._process.start()
         theirs.close()
-        self._wait_ready()
+        self._wait_ready(setup)
         for carry in (self._carry_there, self._carry_back):
             threading.Thread(target=carry, name="hybrid", daemon=True).start()
 
-    def _wait_ready(self) -> None:
+    def _wait_ready(self, setup: Setup) -> None:
         ready = False
         with contextlib.suppress(EOFError, OSError):
+            self._connection.send(setup)
             ready = self._connection.poll(_READY_S) and self._connection.recv() == _READY
         if not ready:
             self._process.kill()
-            self._process.join()
+            self._process.wait()
+            self._connection.close()
             raise HriError(
                 f"the process that learns people did not begin (within {_READY_S:.0f} s)",
                 hint="what it said stands above, on stderr",
@@ -102,22 +108,26 @@ class Background:
     @property
     def alive(self) -> bool:
         """Whether the process is there."""
-        return bool(self._process.is_alive())
+        return self._process.poll() is None
 
     def close(self) -> None:
         """End the process; what it is at is waited for, for a while."""
         with contextlib.suppress(queue.Full):
             self._questions.put_nowait(None)
-        self._process.join(_END_S)
-        if self._process.is_alive():
+        try:
+            self._process.wait(_END_S)
+        except subprocess.TimeoutExpired:
             self._process.kill()
-            self._process.join()
+            self._process.wait()
         self._connection.close()
 
 
-def _work(connection: Connection, setup: Setup) -> None:
+def _work(connection: Connection) -> None:
     """The process: questions first, then what waits to be explained; ends with whoever started it."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for whoever started it
+    try:
+        setup = connection.recv()
+    except EOFError:
+        return
     with contextlib.suppress(OSError):
         os.nice(_NICE)
     loop = Loop(setup)
@@ -156,3 +166,7 @@ def _still_asked(questions: list[Question | None]) -> list[Question | None]:
         if not isinstance(question, Rested)
         or newest[question.person, question.rest.body.side] == index
     ]
+
+
+if __name__ == "__main__":
+    _work(Connection(int(sys.argv[1])))
