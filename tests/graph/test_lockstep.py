@@ -166,3 +166,25 @@ def test_closing_twice_does_nothing() -> None:
     graph = Graph([Source])
     graph.close()
     graph.close()
+
+
+class Burst(HriNode):
+    """Says sixty numbers in each tick, more than a queue of sensor data is deep."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__("burst", **kwargs)
+        self._out = self.announce(Float64, "number", SENSOR)
+
+    def on_tick(self, now_ns: int) -> None:
+        for number in range(60):
+            self._out.publish(Float64(data=float(number)))
+
+
+def test_a_queue_keeps_the_newest_of_a_burst() -> None:
+    with Graph([Burst, node_factory(Doubler, 0.004, SENSOR)]) as graph:
+        for step in range(1, 4):
+            graph.run(0.004)
+            newest = [float(number) for number in range(60 - SENSOR.depth, 60)]
+            assert [m.data for m in graph.messages("/number")] == step * newest
+            # Of these the doubler made a burst of its own, five times as long as its queue of ten.
+            assert [m.data for m in graph.messages("/double")][-1] == 2.0 * newest[-1]

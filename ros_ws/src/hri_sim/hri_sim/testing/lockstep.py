@@ -88,6 +88,7 @@ class LockStep:
         self._known = -1  # changes of topics up to which all have found each other
         # What was said on a topic before somebody began to listen to it, who will never get it.
         self._missed: dict[tuple[Node, str], int] = {}
+        self._depths: dict[tuple[Node, str], int] = {}
         for node in self.nodes:
             period = seconds_to_ns(node.period_s)
             if period <= 0 or period % self.step_ns:
@@ -146,6 +147,11 @@ class LockStep:
         self._missed = {pair: count for pair, count in self._missed.items() if pair in pairs}
         for listener, topic in pairs - self._missed.keys():
             self._missed[listener, topic] = self._lost(topic)
+        self._depths = {
+            (listener, subscription.topic_name): subscription.qos_profile.depth
+            for listener in self._all()
+            for subscription in listener.subscriptions
+        }
 
     def _lost(self, topic: str) -> int:
         """How much of what has been said on a topic somebody who joins now will not get."""
@@ -166,9 +172,18 @@ class LockStep:
         return sent
 
     def _deliver(self) -> None:
-        """Spin until everything that was sent has been received everywhere."""
+        """Spin until everything that was sent has been received everywhere.
+
+        A queue keeps the newest only, as it does in a graph of processes: of more messages than it is deep,
+        sent in one tick (a simulator that makes up for a jump of time), the first are not waited for.
+        """
         deadline = time.monotonic() + self.timeout_s
-        for topic, count in self._sent().items():
+        sent = self._sent()
+        for topic, count in sent.items():
+            for node in self._listeners(topic):
+                waiting = count - self._missed[node, topic] - node.received[topic]
+                self._missed[node, topic] += max(waiting - self._depths[node, topic], 0)
+        for topic, count in sent.items():
             for node in self._listeners(topic):
                 wanted = count - self._missed[node, topic]
                 while node.received[topic] < wanted:
