@@ -118,6 +118,35 @@ def test_clearance_agrees_with_mujoco_and_the_planner_geometry(simulation):
         assert found.distance == pytest.approx(ours.min(), abs=1e-12)
 
 
+def test_the_robot_comes_at_somebody_as_fast_as_the_distance_shrinks(simulation):
+    rng = np.random.default_rng(3)
+    step_s, compared = 1e-6, 0
+    for _ in range(60):
+        q = rng.uniform(0.9 * ROBOT.lower, 0.9 * ROBOT.upper)
+        qd = rng.normal(0.0, 1.0, 7)
+        simulation.reset(q=q)
+        for name in simulation.arm_names:
+            simulation.set_arm(name, ARM + rng.normal(0.0, 0.05, (4, 3)))
+        simulation.qd[:] = qd
+        found = simulation.clearance()
+        simulation.q[:] = q - step_s * qd
+        before = simulation.clearance()
+        simulation.q[:] = q + step_s * qd
+        after = simulation.clearance()
+        pairs = {(c.robot_part, c.arm, c.limb) for c in (before, found, after)}
+        if len(pairs) == 1:
+            slope = (before.distance - after.distance) / (2.0 * step_s)
+            assert found.approach == pytest.approx(slope, abs=1e-5)
+            compared += 1
+    assert compared > 50
+    simulation.qd[:] = 0.0
+    assert simulation.clearance().approach == 0.0
+    for name in simulation.arm_names:
+        simulation.set_arm(name, None)
+    simulation.qd[:] = 1.0
+    assert simulation.clearance().approach == 0.0
+
+
 def test_table_clearance_agrees_with_mujoco(simulation):
     rng = np.random.default_rng(2)
     scene, data = simulation.scene, simulation.data

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hri_sim.soak.log import BEGIN, END, FAULT, LOG, REACH, SAMPLE, SoakLog
+from hri_sim.soak.log import BEGIN, CONTACT, END, FAULT, LOG, REACH, SAMPLE, SoakLog
 
 SECONDS = 600
 NODES = ("person", "ptomp")
@@ -22,7 +22,8 @@ BEGUN = {
     "seed": 0,
     "faults_asked": "all",
     "mean_wait_s": 20.0,
-    "separation": "off",
+    "separation": "measured",
+    "contact_speed": 0.15,
     "nodes": list(NODES),
 }
 ENDED = {
@@ -41,7 +42,6 @@ ENDED = {
         }
     ],
     "not_finite": 0,
-    "touches": 0,
 }
 KILLED = {
     "s": 100.0,
@@ -67,6 +67,7 @@ CANCELLED = {
     "outcomes": ["cancelled", "reached"],
     "as_wanted": True,
 }
+TOUCHED = {"s": 7.0, "approach": 0.1, "robot_part": "hand", "human_part": "ann/forearm"}
 REACHED = {
     "s": 5.0,
     "way": "a b",
@@ -119,6 +120,7 @@ def write_record(
     faults: tuple[dict[str, Any], ...] = (KILLED, CANCELLED),
     reaches: tuple[dict[str, Any], ...] = (REACHED,),
     deaths: tuple[dict[str, Any], ...] = (),
+    contacts: tuple[dict[str, Any], ...] = (TOUCHED,),
     end: dict[str, Any] | None = ENDED,
     seconds: int = SECONDS,
     slower: float = 0.0,
@@ -131,7 +133,8 @@ def write_record(
         log.write(BEGIN, BEGUN)
         for second in range(seconds):
             log.write(SAMPLE, sample(second, leak, rng, lasting, slower))
-        for kind, rows in ((FAULT, faults), (REACH, reaches), ("death", deaths)):
+        kinds = ((FAULT, faults), (REACH, reaches), ("death", deaths), (CONTACT, contacts))
+        for kind, rows in kinds:
             for row in rows:
                 log.write(kind, row)
         if end is not None:

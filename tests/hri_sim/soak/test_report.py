@@ -12,7 +12,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from soak_records import BEGUN, CANCELLED, ENDED, KILLED, REACHED, write_record
+from soak_records import BEGUN, CANCELLED, ENDED, KILLED, REACHED, TOUCHED, write_record
 
 from hri_prediction.errors import DataError
 from hri_sim.soak.judging import LONG_S, figures, missed
@@ -64,7 +64,7 @@ def test_a_run_in_which_all_went_well(tmp_path: Path) -> None:
         ({"reaches": ({**REACHED, "outcome": "blocked"},)}, "without a fault"),
         ({"deaths": ({"s": 3.0, "node": "person", "wanted": False},)}, "by themselves"),
         ({"end": {**ENDED, "not_finite": 2}}, "not finite"),
-        ({"end": {**ENDED, "touches": 1}}, "while the robot moved"),
+        ({"contacts": ({**TOUCHED, "approach": 0.16},)}, "comes at the person"),
         ({"end": {**ENDED, "orphans": ["ptomp (7)"]}}, "processes left"),
         ({"end": {**ENDED, "shared_left": ["fastrtps_1"]}}, "shared memory"),
         ({"end": {**ENDED, "bags": [{**ENDED["bags"][0], "error": "damaged"}]}}, "bags"),  # type: ignore[index]
@@ -116,7 +116,7 @@ def test_what_is_not_judged_is_named_and_not_met(tmp_path: Path) -> None:
 
 
 def test_what_is_missed_beside_what_is_not_judged_counts_by_itself(tmp_path: Path) -> None:
-    content = judged(write_record(tmp_path, end={**ENDED, "touches": 1}, seconds=45))
+    content = judged(write_record(tmp_path, end={**ENDED, "not_finite": 1}, seconds=45))
     assert missed(content)
     count = sum(bar["met"] is not None for bar in content["bars"])
     assert summary(content).startswith(f"{count - 1} of {count} judged bars met; ")
@@ -151,3 +151,14 @@ def test_a_run_that_ended_at_once(tmp_path: Path) -> None:
     assert [bar["what"] for bar in content["bars"] if bar["met"] is False] == ["the end of the run"]
     with pytest.raises(DataError):
         write_report(tmp_path / "elsewhere")
+
+
+def test_contacts_are_told_whatever_they_were(tmp_path: Path) -> None:
+    gave_way = {**TOUCHED, "approach": -0.3, "robot_part": "upper_arm"}
+    content = judged(write_record(tmp_path / "a", contacts=(TOUCHED, gave_way)))
+    bar = next(bar for bar in content["bars"] if "comes at the person" in bar["what"])
+    assert bar["met"] is True
+    assert bar["measured"] == "0 of 2 contacts, fastest 0.10 m/s"
+    assert "| 0.1 | -0.30 | upper_arm | ann/forearm |" in report(content)
+    nobody = judged(write_record(tmp_path / "b", contacts=()))
+    assert "Nobody was touched." in report(nobody)

@@ -29,6 +29,11 @@ Separation = Annotated[
 ]
 
 
+def contact_speed(mode: str) -> float:
+    """At that the robot may touch somebody in a launched run [m/s]; 0: it is to stand."""
+    return 0.0 if mode in (ASSUMED, OFF) else CONTACT_SPEED
+
+
 def separation_specs(mode: str, scenario: Scenario) -> list[NodeSpec]:
     """The monitor, unless it is off.
 
@@ -47,7 +52,7 @@ def separation_specs(mode: str, scenario: Scenario) -> list[NodeSpec]:
         "intrusion": 0.0,
     }
     if mode != ASSUMED:
-        parameters |= {"evasion": True, "contact_speed": CONTACT_SPEED}
+        parameters |= {"evasion": True, "contact_speed": contact_speed(mode)}
     return [NodeSpec("hri_planner", MONITOR, parameters)]
 
 

@@ -6,6 +6,7 @@ import os
 import time
 from collections import deque
 from collections.abc import Callable
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -22,9 +23,10 @@ from hri_sim.launch.reports import INTERRUPTED, OUTCOMES
 from hri_sim.launch.soak_faults import Happening, Injector
 from hri_sim.launch.supervisor import Supervisor
 from hri_sim.scenario.schema import ReachSpec, Scenario
+from hri_sim.soak.contacts import ContactWatch
 from hri_sim.soak.faults import CANCEL, PREEMPT, Fault, FaultPlan
 from hri_sim.soak.latency import LatencyMatch
-from hri_sim.soak.log import DEATH, FAULT, REACH, SAMPLE, TOLD, SoakLog
+from hri_sim.soak.log import CONTACT, DEATH, FAULT, REACH, SAMPLE, TOLD, SoakLog
 from hri_sim.soak.rest import REST_SPEED
 from hri_sim.soak.sampler import Sampler
 from hri_sim.soak.ways import HOME, Walk
@@ -106,8 +108,8 @@ class SoakConductor(Conductor):
         self._order: Fault | None = None
         self._speed = 0.0
         self._next_sample_s = 0.0
-        self._number = self.touches = self.not_finite = 0
-        self._touching = False
+        self._number = self.not_finite = 0
+        self._contacts = ContactWatch()
         self._node.create_subscription(JointState, "joint_states", self._on_joints, SENSOR)
         self._node.create_subscription(
             JointTrajectory,
@@ -132,11 +134,11 @@ class SoakConductor(Conductor):
 
     def _on_state(self, message: SimState) -> None:
         self._state = message
-        touching = message.clearance <= 0.0
-        if touching and not self._touching and self._speed >= REST_SPEED:
-            self.touches += 1
-            self._log.write(TOLD, {"s": self._now_s(), "text": "the robot touched the person"})
-        self._touching = touching
+        begun = self._contacts.hear(
+            message.clearance, message.approach, message.robot_part, message.human_part
+        )
+        if begun is not None:
+            self._log.write(CONTACT, {"s": self._now_s(), **asdict(begun)})
 
     def _on_status(self, message: PlannerStatus | PolicyStatus) -> None:
         super()._on_status(message)

@@ -16,7 +16,7 @@ from hri_sim.launch.folder import RunFolders
 from hri_sim.launch.held_signals import EndingSignals
 from hri_sim.launch.run import RunOptions, prepare
 from hri_sim.launch.scene import LIBRARY, SCENARIO
-from hri_sim.launch.separation import DEFAULT_SEPARATION
+from hri_sim.launch.separation import DEFAULT_SEPARATION, contact_speed
 from hri_sim.launch.soak_conductor import SoakConductor
 from hri_sim.launch.supervisor import Supervisor
 from hri_sim.launch.telling import print_line, status_line, why_broken
@@ -88,6 +88,7 @@ def run_soak(options: SoakOptions, console: Console) -> None:
                     "faults_asked": options.faults,
                     "mean_wait_s": options.mean_wait_s,
                     "separation": options.separation,
+                    "contact_speed": contact_speed(options.separation),
                     "nodes": labels,
                 },
             )
@@ -130,7 +131,6 @@ def run_soak(options: SoakOptions, console: Console) -> None:
                     "shared_left": sampler.shared_left(),
                     "bags": bags,
                     "not_finite": int(conductor.not_finite),
-                    "touches": conductor.touches,
                 },
             )
         if ended.broken is not None:

@@ -247,6 +247,7 @@ class SimulatorNode(HriNode):
                 clearance=clearance.distance if seen else NOBODY,
                 robot_part=clearance.robot_part,
                 human_part=f"{clearance.arm}/{clearance.limb}" if seen else "",
+                approach=clearance.approach,
                 contacts_human=human,
                 contacts_table=table,
                 tool=simulation.tool_position(),

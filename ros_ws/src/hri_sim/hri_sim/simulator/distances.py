@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hri_planner.robot.kinematics import arm_points
+from hri_planner.separation.pairs import robot_ends
 from hri_prediction.compiled import njit
-from hri_prediction.geometry.segments import segment_distance
+from hri_prediction.geometry.segments import closest_parameters, segment_distance
 
 FloatArray = NDArray[np.float64]
 
@@ -50,6 +51,49 @@ def arm_clearance(
                 if distance < best:
                     best, at = distance, (i, person, j)
     return best, at[0], at[1], at[2]
+
+
+@njit
+def approach_speed(
+    q: FloatArray,
+    qd: FloatArray,
+    lengths: FloatArray,
+    capsule: int,
+    limb: FloatArray,
+    points: FloatArray,
+    velocities: FloatArray,
+) -> float:
+    """Speed at which the point of a robot's capsule that is nearest to a limb comes at it [m/s].
+
+    The points are those of the axes; the velocity is projected on the line from the robot's to the limb's.
+    Where the axes meet there is no such line, and the point's whole speed counts.
+
+    Args:
+        q: Joint angles (7,) [rad].
+        qd: Joint speeds (7,) [rad/s].
+        lengths: The robot's lengths (4,) [m].
+        capsule: Which of the robot's, 0 to 2.
+        limb: Ends of the limb's axis (2, 3) [m].
+        points: Result (4, 3) [m]: shoulder, elbow, wrist and tool of the robot.
+        velocities: Result (4, 3) [m/s]: theirs.
+
+    Returns:
+        Negative where the point goes away.
+    """
+    robot_ends(q, qd, lengths, points, velocities)
+    s, t, squared = closest_parameters(points[capsule], points[capsule + 1], limb[0], limb[1])
+    along, speed = 0.0, 0.0
+    for k in range(3):
+        point = points[capsule, k] + s * (points[capsule + 1, k] - points[capsule, k])
+        other = limb[0, k] + t * (limb[1, k] - limb[0, k])
+        velocity = velocities[capsule, k] + s * (
+            velocities[capsule + 1, k] - velocities[capsule, k]
+        )
+        along += velocity * (other - point)
+        speed += velocity * velocity
+    if squared <= 0.0:
+        return math.sqrt(speed)
+    return along / math.sqrt(squared)
 
 
 @njit

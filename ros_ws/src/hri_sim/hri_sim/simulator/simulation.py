@@ -18,7 +18,7 @@ from hri_prediction.config import parameter
 from hri_prediction.errors import DataError
 from hri_sim.scenario.schema import Scenario
 from hri_sim.simulator.controller import ControllerConfig, TrajectoryController
-from hri_sim.simulator.distances import arm_clearance, table_clearance
+from hri_sim.simulator.distances import approach_speed, arm_clearance, table_clearance
 from hri_sim.simulator.scene import LIMBS, SceneConfig, build_scene
 from hri_sim.simulator.trajectory import JointTrajectory
 
@@ -62,12 +62,15 @@ class Clearance:
         robot_part: Which robot capsule ("" when nobody is there).
         arm: Name of the arm, see :attr:`.Scenario.arms`.
         limb: Which limb of it.
+        approach: How fast the robot's nearest point comes at the person's [m/s]; negative where it goes
+            away, 0 when nobody is there.
     """
 
     distance: float
     robot_part: str
     arm: str
     limb: str
+    approach: float
 
 
 @njit
@@ -140,7 +143,7 @@ class Simulation:
         self._gains = np.array([frequency**2, 2.0 * self.config.damping_ratio * frequency])
         self._arms = np.full((len(self.scene.arm_names), 4, 3), np.nan)
         self._rows = {name: row for row, name in enumerate(self.scene.arm_names)}
-        self._points = np.empty((4, 3))
+        self._points, self._velocities = np.empty((4, 3)), np.empty((4, 3))
         self._accel = np.empty(7)
         self._inertial = np.empty(7)
         self._table_center = np.array(scenario.table.center)
@@ -190,6 +193,9 @@ class Simulation:
         self.controller.accept(trajectory)
         self.step(2)
         self.clearance()
+        approach_speed(
+            self.q, self.qd, self.robot.lengths, 0, np.ones((2, 3)), self._points, self._velocities
+        )
         self.table_clearance()
         self.tool_position()
         self.reset()
@@ -269,8 +275,18 @@ class Simulation:
             self._points,
         )
         if row < 0:
-            return Clearance(distance, "", "", "")
-        return Clearance(distance, CAPSULE_NAMES[part], self.scene.arm_names[row], LIMBS[limb])
+            return Clearance(distance, "", "", "", 0.0)
+        approach = approach_speed(
+            self.q,
+            self.qd,
+            self.robot.lengths,
+            part,
+            self._arms[row, limb : limb + 2],
+            self._points,
+            self._velocities,
+        )
+        name = self.scene.arm_names[row]
+        return Clearance(distance, CAPSULE_NAMES[part], name, LIMBS[limb], approach)
 
     def table_clearance(self) -> float:
         """True distance between robot and table now [m]."""

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hri_sim.soak.contacts import harmful_above
 from hri_sim.soak.faults import CANCEL, GROUPS, KILL, PAUSE, UNREACHABLE
 from hri_sim.soak.growth import Growth, latency_growth, memory_growth
 from hri_sim.soak.load import MOST_SHARE, grown, load_of
-from hri_sim.soak.log import DEATH, END, FAULT, REACH, SAMPLE, SoakRecord
+from hri_sim.soak.log import CONTACT, DEATH, END, FAULT, REACH, SAMPLE, SoakRecord
 
 FloatArray = NDArray[np.float64]
 
@@ -218,6 +219,7 @@ def figures(record: SoakRecord, rng: np.random.Generator) -> dict[str, Any]:
                 {f"{r['outcome']}: {r['reason']}" for r in calm if r["outcome"] != "reached"}
             ),
         },
+        "contacts": record.of(CONTACT),
         "deaths": [d for d in record.of(DEATH) if not d["wanted"]],
         "end": record.of(END)[-1] if record.of(END) else None,
         "bars": [asdict(bar) for bar in bars(record, samples, faults, growth, calm)],
@@ -258,11 +260,11 @@ def bars(
     found.append(_all_bar("goals without a fault are reached", reached, len(calm)))
     deaths = sum(not d["wanted"] for d in record.of(DEATH))
     found.append(_none_bar("nodes that died by themselves", deaths))
+    found.append(_contact_bar(record))
     if record.cut:
         return [*found, Bar("the end of the run", "the script was killed", "a whole record", False)]
     end = record.of(END)[-1]
     found.append(_none_bar("messages with numbers that are not finite", end["not_finite"]))
-    found.append(_none_bar("contacts that began while the robot moved", end["touches"]))
     found.append(_none_bar("processes left behind", len(end["orphans"])))
     found.append(_none_bar("files of shared memory left behind", len(end["shared_left"])))
     whole = sum(not bag["error"] for bag in end["bags"])
@@ -321,6 +323,17 @@ def _latency_bar(growth: Growth | None, length_s: float) -> Bar:
         f"{growth.first:.1f} to {growth.last:.1f} ms"
     )
     return Bar(what, measured, wanted, growth.share <= MOST_GROWTH or growth.low <= 0.0)
+
+
+def _contact_bar(record: SoakRecord) -> Bar:
+    limit = harmful_above(record.begin.get("contact_speed", 0.0))
+    speeds = [contact["approach"] for contact in record.of(CONTACT)]
+    fast = sum(speed > limit for speed in speeds)
+    measured = f"{fast} of {len(speeds)} contacts"
+    if speeds:
+        measured += f", fastest {max(speeds):.2f} m/s"
+    what = f"contacts in which the robot comes at the person with more than {limit:.2f} m/s"
+    return Bar(what, measured, "0", fast == 0)
 
 
 def _most_bar(what: str, values: Sequence[float | None], limit_ms: float) -> Bar:

@@ -82,6 +82,7 @@ FAULT_HEAD = (
     "fault", "node", "count", "at rest", "within [ms]", "named [ms]", "ready [s]", "reached",
     "within [s]", "right",
 )  # fmt: skip
+CONTACT_HEAD = ("at [min]", "robot's speed towards the person [m/s]", "robot", "person")
 BAR_HEAD = ("what", "measured", "wanted", "verdict")
 
 
@@ -101,6 +102,25 @@ def fault_table(content: dict[str, Any]) -> list[tuple[str, ...]]:
             "–" if row["as_wanted"] is None else f"{row['as_wanted']}/{row['count']}",
         )
         for row in content["faults"]
+    ]
+
+
+def _contacts(content: dict[str, Any]) -> list[str]:
+    rows = [
+        (
+            f"{contact['s'] / 60.0:.1f}",
+            f"{contact['approach']:+.2f}",
+            contact["robot_part"],
+            contact["human_part"],
+        )
+        for contact in content["contacts"]
+    ]
+    if not rows:
+        return ["Nobody was touched.\n"]
+    return [
+        "How fast the nearest point of the robot came at the person's, the most in the 20 ms before the "
+        "surfaces met. People here do not see the robot; negative: it gave way, or they pushed it.\n",
+        *_table(CONTACT_HEAD, rows),
     ]
 
 
@@ -174,5 +194,7 @@ def report(content: dict[str, Any]) -> str:
         "long after its begin at most. `right`: how often the goals that it is about ended as they "
         "should.\n",
         *_table(FAULT_HEAD, fault_table(content)),
+        "## Contacts\n",
+        *_contacts(content),
     ]
     return "\n".join(text)
