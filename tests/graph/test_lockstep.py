@@ -172,7 +172,7 @@ class Burst(HriNode):
     """Says sixty numbers in each tick, more than a queue of sensor data is deep."""
 
     def __init__(self, **kwargs: Any) -> None:
-        super().__init__("burst", **kwargs)
+        super().__init__("burst", period_s=0.004, **kwargs)
         self._out = self.announce(Float64, "number", SENSOR)
 
     def on_tick(self, now_ns: int) -> None:
