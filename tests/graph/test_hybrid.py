@@ -11,7 +11,9 @@ from motions import PREDICTION
 
 from hri_prediction.errors import ConfigError
 from hri_prediction.hybrid.store import PeopleStore
+from hri_prediction.prediction.library import TaskLibrary
 from hri_prediction.ros.learning import _people_of, targets_of
+from hri_prediction.ros.messages import LoadModel
 from hri_sim.scenario.schema import Scenario
 from hri_sim.testing import Graph, cue
 
@@ -78,3 +80,22 @@ def test_targets_that_do_not_fit_are_refused(
 def test_names_that_do_not_fit_are_refused(pairs: tuple[str, ...]) -> None:
     with pytest.raises(ConfigError, match=r"people|person"):
         _people_of(pairs)
+
+
+def test_a_model_that_is_loaded_leaves_what_was_learnt(
+    make_graph: Callable[..., Graph], scenario: Scenario, library: Path, tmp_path: Path
+) -> None:
+    graph = make_graph(library=None, parameters={"predictor": learning(scenario, tmp_path)})
+    graph.run(0.6)
+    predictor = graph.nodes["predictor"]
+    response = predictor._on_load_model(LoadModel.Request(path=str(library)), LoadModel.Response())
+    assert response.success
+    graph.run(0.1)
+    names = {
+        task.name
+        for body in predictor._bodies.values()
+        for arm in body.arms.values()
+        for task in arm.predictor.library.tasks
+    }
+    assert f"{scenario.reaches[0].person_target}_from_rest" in names
+    assert names > {task.name for task in TaskLibrary.load(library).tasks}

@@ -181,6 +181,52 @@ def test_asking_never_waits(setup, rest):
     assert not loop.alive
 
 
+def test_a_process_that_hangs_is_noticed_and_one_with_nothing_to_do_is_not(
+    setup, rest, monkeypatch
+):
+    monkeypatch.setattr(background, "_STALLED_S", 1.0)
+    loop = Background(setup)
+    try:
+        time.sleep(1.2)
+        assert not loop.stalled
+        loop.ask(Rested("anna", rest))
+        wait_for(loop, Expected)
+        time.sleep(1.2)
+        assert not loop.stalled
+        os.kill(loop._process.pid, signal.SIGSTOP)
+        loop.ask(Rested("anna", rest))
+        assert not loop.stalled
+        time.sleep(1.2)
+        assert loop.stalled
+        os.kill(loop._process.pid, signal.SIGCONT)
+        wait_for(loop, Expected)
+        assert not loop.stalled
+    finally:
+        os.kill(loop._process.pid, signal.SIGCONT)
+        loop.close()
+
+
+def test_two_do_not_learn_one_person(setup, rest, targets, people):
+    first, second = Inline(setup), Inline(setup)
+    one, other = reaches(targets, people, rest, 2)
+    first.ask(Reached("anna", one))
+    assert isinstance(first.answers()[0], Learnt)
+    second.ask(Reached("anna", other))
+    answers = second.answers()
+    assert all(isinstance(answer, Trouble) for answer in answers), answers
+    assert "another predictor's" in answers[0].text
+    assert PeopleStore(setup.store).people()[0].reaches == {"right near_from_rest": 1}
+    # It still predicts, and takes over in a new process once the other has ended.
+    second.ask(Rested("anna", rest))
+    assert isinstance(second.answers()[0], Expected)
+    for claim in first._loop._claims.values():
+        os.close(claim)
+    third = Inline(setup)
+    third.ask(Reached("anna", other))
+    assert isinstance(third.answers()[0], Learnt)
+    assert PeopleStore(setup.store).people()[0].reaches == {"right near_from_rest": 2}
+
+
 def samples_of(rest, way, side="right"):
     """An arm that rests, goes along a way (P, 6) from the shoulder within 0.8 s, and rests."""
     shoulder = rest.points[0]

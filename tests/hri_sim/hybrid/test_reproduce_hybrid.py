@@ -7,12 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import multivariate_normal
 from typer.testing import CliRunner
 
 from hri_prediction.errors import ConfigError
 from hri_sim.hybrid.command import app
 from hri_sim.hybrid.first_guesses import GUESSES
 from hri_sim.hybrid.report import _cm
+from hri_sim.hybrid.scores import _score, calibration
 from hri_sim.hybrid.subjects import FAMILIES, POINTS, VARIABILITY_M, draw_subjects, stray
 from hri_sim.hybrid.tables import _median_cm
 from hri_sim.hybrid.trial import run_person
@@ -57,12 +59,30 @@ def test_predictions_get_better_with_reaches() -> None:
     assert len(course.divergences["T1"]) == 5
 
 
+def test_how_sure_predictions_are_is_judged_as_it_should_be() -> None:
+    rng = np.random.default_rng(0)
+    factor = np.linalg.cholesky(np.diag([4e-4, 1e-4, 9e-4]) + 5e-5)
+    covariance = np.tile(factor @ factor.T, (2000, 1, 1))
+    drawn = rng.standard_normal((2000, 3)) @ factor.T
+    right = calibration([_score(np.zeros((2000, 3)), covariance, drawn)])
+    assert right.inside50 == pytest.approx(0.50, abs=0.03)
+    assert right.inside95 == pytest.approx(0.95, abs=0.02)
+    truth = multivariate_normal(np.zeros(3), covariance[0])
+    assert right.nll == pytest.approx(-truth.logpdf(drawn).mean())
+    for share in (0.25, 4.0):
+        wrong = calibration([_score(np.zeros((2000, 3)), share * covariance, drawn)])
+        assert wrong.nll > right.nll
+        assert (wrong.inside95 < right.inside95) == (share < 1.0)
+
+
 def test_the_short_form(tmp_path: Path) -> None:
     done = CliRunner().invoke(app, ["--smoke", "--out", str(tmp_path), "--workers", "1"])
     assert done.exit_code == 0, done.output
     content = json.loads((tmp_path / "hybrid.json").read_text())
     assert set(content["families"]["optimal"]["curves"]) == set(GUESSES)
     assert content["latency"]["learning beside"]["learnt"] > 0
+    sure = content["families"]["optimal"]["sure"]["optimal control"]
+    assert all(0.5 < share <= 1.0 for share in sure["inside95"].values())
     assert content["real"]["skipped"] == "--smoke"
     text = (tmp_path / "hybrid.md").read_text()
     assert "straight line" in text

@@ -14,6 +14,7 @@ import queue
 import subprocess
 import sys
 import threading
+import time
 from collections import deque
 from multiprocessing.connection import Connection
 
@@ -22,13 +23,15 @@ from hri_prediction.hybrid.loop import Answer, Loop, Question, Rested, Setup
 from hri_prediction.hybrid.weight_file import load_process
 
 _MODULE = "hri_prediction.hybrid.background"
-_READY = "ready"
+_READY, _DONE = "ready", "done"
 _NICE = 10
 """The process steps back behind those of the graph."""
 _END_S = 3.0
 """So long may it take to end; whoever launches the predictor waits for 5 s."""
 _READY_S = 80.0
 """So long may it take to begin: the first time, the model of the arm and kernels are compiled."""
+_STALLED_S = 20.0
+"""A question is answered within a second; a process that takes longer than that hangs, or gets no time."""
 _MOST_WAITING = 100
 """Questions at most that wait to be asked."""
 
@@ -56,6 +59,8 @@ class Background:
         self.lost = 0
         self._questions: queue.Queue[Question | None] = queue.Queue(_MOST_WAITING)
         self._answers: deque[Answer] = deque()
+        self._asked = self._done = 0
+        self._heard_s = time.monotonic()
         self._connection, theirs = multiprocessing.Pipe()
         # Not what `multiprocessing` starts: that would run the script anew that this is a part of.
         self._process = subprocess.Popen(
@@ -92,12 +97,20 @@ class Background:
     def _carry_back(self) -> None:
         with contextlib.suppress(OSError, EOFError):
             while True:
-                self._answers.append(self._connection.recv())
+                found = self._connection.recv()
+                self._heard_s = time.monotonic()
+                if isinstance(found, Answer):
+                    self._answers.append(found)
+                else:
+                    self._done += found[1]
 
     def ask(self, question: Question) -> None:
         """Have something done; does not wait."""
+        if self._asked == self._done:  # it had nothing to say until now
+            self._heard_s = time.monotonic()
         try:
             self._questions.put_nowait(question)
+            self._asked += 1
         except queue.Full:
             self.lost += 1
 
@@ -109,6 +122,12 @@ class Background:
     def alive(self) -> bool:
         """Whether the process is there."""
         return self._process.poll() is None
+
+    @property
+    def stalled(self) -> bool:
+        """Whether it has been asked, and said nothing for long."""
+        waiting = self._asked > self._done
+        return waiting and time.monotonic() - self._heard_s > _STALLED_S
 
     def close(self) -> None:
         """End the process; what it is at is waited for, for a while."""
@@ -151,6 +170,8 @@ def _work(connection: Connection) -> None:
             for answer in loop.answer(question):
                 with contextlib.suppress(OSError):
                     connection.send(answer)
+        with contextlib.suppress(OSError):
+            connection.send((_DONE, len(questions)))
 
 
 def _still_asked(questions: list[Question | None]) -> list[Question | None]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import traceback
 from collections import deque
 from collections.abc import Mapping
@@ -147,6 +148,7 @@ class Loop:
         self._store = PeopleStore(setup.store) if setup.store is not None else None
         self._people: dict[str, HybridPerson] = {}
         self._kept: set[str] = set()
+        self._claims: dict[str, int] = {}
 
     def answer(self, question: Question) -> list[Answer]:
         """Do what is asked for; what goes wrong is an answer too."""
@@ -193,6 +195,8 @@ class Loop:
             return []
         self._kept.discard(name)
         del self._people[name]
+        if name in self._claims:
+            os.close(self._claims.pop(name))
         return [Trouble(name, "the folder is gone: the person is forgotten, and learnt anew")]
 
     def _stored(self, name: str) -> PeopleStore | None:
@@ -202,6 +206,8 @@ class Loop:
     def _person(self, name: str) -> HybridPerson:
         if name not in self._people:
             store = self._stored(name)
+            if store is not None and name in store.names():
+                self._claim(store, name)
             tasks, own = store.load(name) if store is not None else ([], None)
             self._people[name] = HybridPerson(
                 self._setup.targets,
@@ -217,10 +223,24 @@ class Loop:
 
     def _keep(self, name: str, keys: list[TaskKey]) -> None:
         store = self._stored(name)
-        if store is not None:
-            person = self._people[name]
-            store.save(name, [person.tasks[key] for key in keys], person.weights.own)
-            self._kept.add(name)
+        if store is None:
+            return
+        if name not in self._claims and name not in self._kept and name not in store.names():
+            self._claim(store, name)  # the first that is ever kept of this person
+        if name not in self._claims:
+            raise HriError(
+                f"{store.folder / name} is another predictor's, which learns this person: what is "
+                "learnt here is not kept",
+                hint="give this person another name here, or end the other one and start this anew",
+            )
+        person = self._people[name]
+        store.save(name, [person.tasks[key] for key in keys], person.weights.own)
+        self._kept.add(name)
+
+    def _claim(self, store: PeopleStore, name: str) -> None:
+        claim = store.claim(name)
+        if claim is not None:
+            self._claims[name] = claim
 
 
 def warm_loop() -> None:
@@ -258,6 +278,11 @@ class Inline:
     def alive(self) -> bool:
         """Whether it can still answer."""
         return True
+
+    @property
+    def stalled(self) -> bool:
+        """Whether it has been asked, and said nothing for long."""
+        return False
 
     def close(self) -> None:
         """End it."""

@@ -6,8 +6,10 @@ that was learnt. No pictures and no names but the folder's; a folder that is del
 
 from __future__ import annotations
 
+import fcntl
 import functools
 import json
+import os
 import re
 import shutil
 from collections.abc import Callable, Iterable
@@ -156,6 +158,33 @@ class PeopleStore:
         }
         files[folder / PERSON_FILE] = lambda path: path.write_text(text)
         write_whole(files)
+
+    def claim(self, name: str) -> int | None:
+        """Claim a person for this process, as who learns them writes what was read before.
+
+        The claim is an advisory lock on the folder; it ends with the process, or when the descriptor is
+        closed.
+
+        Returns:
+            A descriptor of the folder; none when another process learns this person.
+
+        Raises:
+            ConfigError: the name is none.
+            HriError: the folder cannot be made or opened.
+        """
+        folder = self._of(name)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            # Not inherited by children, who would hold it on.
+            handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+        except OSError as error:
+            raise HriError(f"cannot open {folder}: {error.strerror or error}") from error
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            os.close(handle)
+            return None
+        return handle
 
     def move(self, name: str, new: str) -> Path:
         """Give a person another name; returns the folder.

@@ -188,6 +188,8 @@ class PredictorNode(HriNode):
         self._library_name = request.path
         for body in self._bodies.values():
             body.arms = {side: self._arm(side) for side in body.arms}
+        if self._learning is not None:
+            self._learning.anew()
         response.success = True
         names = ", ".join(task.name for task in self._library.tasks)
         response.message = f"{names}; {self._library.placed}"

@@ -124,12 +124,17 @@ class Learning:
             frozenset(self._people.values()),
         )
         self._loop: Inline | Background = Inline(setup) if at_once else Background(setup)
+        self._given: dict[tuple[str, str], TaskLibrary] = {}
         self._waiting: dict[tuple[str, str], TaskLibrary] = {}
         self.figures: dict[str, Any] = {"hybrid": "running"}
 
     def watch(self, side: str) -> ArmWatch:
         """What looks on while an arm is followed."""
         return ArmWatch(side, self._targets, self._predictor, self._config, self._facing)
+
+    def anew(self) -> None:
+        """What is known of all people has changed: give arms their own tasks beside it again."""
+        self._waiting = dict(self._given)
 
     def exchange(
         self, bodies: Mapping[str, FollowedBody], common: TaskLibrary | None
@@ -164,9 +169,15 @@ class Learning:
             self.figures["hybrid"] = "its process has ended: people are learnt no more"
         if not self._loop.alive:
             yield "process", str(self.figures["hybrid"])
+        elif self._loop.stalled:
+            yield (
+                "process",
+                "the process that learns people has not answered for long: it hangs, or gets no time",
+            )
         for answer in self._loop.answers():
             if isinstance(answer, Expected):
-                self._waiting[answer.person, answer.side] = answer.library
+                whose = answer.person, answer.side
+                self._given[whose] = self._waiting[whose] = answer.library
                 for task, sd in answer.spread.items():
                     self.figures.setdefault(
                         f"{answer.person} {task}",

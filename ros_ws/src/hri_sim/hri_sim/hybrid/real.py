@@ -24,7 +24,7 @@ from hri_prediction.tracks.placement import Placement
 from hri_prediction.tracks.seating import facing_deg
 from hri_prediction.tracks.segmentation import SegmentationConfig
 from hri_sim.hybrid.first_guesses import GUESSES, OPTIMAL, Guess, other_guesses
-from hri_sim.hybrid.scores import told
+from hri_sim.hybrid.scores import calibration, told
 from hri_sim.hybrid.trial import Judged
 
 Array = NDArray[np.float64]
@@ -147,7 +147,7 @@ def run_real(repeated: list[Repeated]) -> RealCourse:
                     judged.append(
                         Judged(
                             each.person, each.target, guess, seen, score.warped_m, score.end_m,
-                            math.nan, math.nan,
+                            math.nan, math.nan, calibration([score]), None,
                         )
                     )  # fmt: skip
                     new = state.rules.updated(

@@ -51,6 +51,23 @@ def _curve_table(found: Mapping[str, Any], kind: str) -> str:
     return markdown(head, rows)
 
 
+def _sure_table(found: Mapping[str, Any]) -> str:
+    counts = list(found[GUESSES[0]]["nll"])
+    head = ("first guess", *(f"after {count}" for count in counts))
+    rows = [
+        (
+            guess,
+            *(
+                f"{sure['nll'][count]:.1f}, {sure['inside50'][count]:.0%}, {sure['inside95'][count]:.0%}"
+                for count in counts
+            ),
+        )
+        for guess in GUESSES
+        for sure in [found[guess]]
+    ]
+    return markdown(head, rows)
+
+
 def _family(family: str, found: Mapping[str, Any]) -> list[str]:
     weights = found["weights"]
     text = [
@@ -61,6 +78,11 @@ def _family(family: str, found: Mapping[str, Any]) -> list[str]:
         _curve_table(found["curves"], "end_m"),
         "Rest of the path [cm], neither told, as the node predicts:\n",
         _curve_table(found["curves"], "untold_m"),
+        "How sure predictions are: negative log density of the samples [nats, of metres], share of them "
+        "within the central 50 % and 95 % of what was predicted; told:\n",
+        _sure_table(found["sure"]),
+        "The same, not told:\n",
+        _sure_table(found["sure_untold"]),
     ]
     if weights["explained"]:
         text.append(
@@ -132,6 +154,8 @@ def _real(found: Mapping[str, Any]) -> list[str]:
         _curve_table(found["curves"], "warped_m"),
         "Its end point [cm]:\n",
         _curve_table(found["curves"], "end_m"),
+        "Negative log density, and share of samples within the central 50 % and 95 %:\n",
+        _sure_table(found["sure"]),
         f"Mean paths explained: {found['explained']}, the optimum {_cm(found['before_cm'])} from them "
         f"with guessed and {_cm(found['after_cm'])} with new weights (medians)."
         if found["explained"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from hri_prediction.hybrid.why import Why
 from hri_sim.hybrid.first_guesses import GUESSES
 from hri_sim.hybrid.real import RealCourse
+from hri_sim.hybrid.scores import Calibration
 from hri_sim.hybrid.trial import Course, Judged
 
 KINDS = ("warped_m", "end_m", "untold_m", "untold_end_m")
@@ -33,6 +35,30 @@ def curves(judged: Sequence[Judged]) -> dict[str, dict[str, dict[str, float]]]:
             found[guess][kind] = {
                 count: 100.0 * float(np.mean(each)) for count, each in values.items()
             }
+    return found
+
+
+def sureness(judged: Sequence[Judged], *, untold: bool) -> dict[str, dict[str, dict[str, float]]]:
+    """Mean `Calibration` by first guess, kind, and number of reaches seen.
+
+    Args:
+        judged: Scores.
+        untold: Whether of predictions to which neither target nor duration is told.
+    """
+    found: dict[str, dict[str, dict[str, float]]] = {}
+    for guess in GUESSES:
+        own: dict[int, list[Calibration]] = {}
+        for each in judged:
+            sure = each.untold_sure if untold else each.sure
+            if each.guess == guess and sure is not None:
+                own.setdefault(each.seen, []).append(sure)
+        found[guess] = {
+            kind.name: {
+                str(count): float(np.mean([getattr(sure, kind.name) for sure in own[count]]))
+                for count in sorted(own)
+            }
+            for kind in fields(Calibration)
+        }
     return found
 
 
@@ -70,6 +96,8 @@ def of_courses(courses: Sequence[Course]) -> dict[str, Any]:
     rows = [row for course in courses for row in course.divergences.values()]
     return {
         "curves": curves(judged),
+        "sure": sureness(judged, untold=False),
+        "sure_untold": sureness(judged, untold=True),
         "divergence": divergence(rows),
         "weights": explanations(courses),
         "people": {
@@ -105,6 +133,7 @@ def of_real(course: RealCourse) -> dict[str, Any]:
     return {
         "people": len({each.person.split()[0] for each in course.judged}),
         "curves": curves(course.judged),
+        "sure": sureness(course.judged, untold=False),
         "divergence": divergence(course.divergences),
         "not_explained": {
             f"{person} {target}": why

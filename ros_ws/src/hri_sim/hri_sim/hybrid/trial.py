@@ -17,7 +17,7 @@ from hri_prediction.hybrid.why import Why
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.library import TaskModel
 from hri_sim.hybrid.first_guesses import GUESSES, OPTIMAL, Guess, other_guesses
-from hri_sim.hybrid.scores import Score, told, untold
+from hri_sim.hybrid.scores import Calibration, Score, calibration, told, untold
 from hri_sim.hybrid.subjects import Subject
 
 Array = NDArray[np.float64]
@@ -41,6 +41,8 @@ class Judged:
         end_m: Likewise, of the end point.
         untold_m: Mean distance by warping when neither is told.
         untold_end_m: Likewise, of the end point.
+        sure: How sure predictions were, target and duration told.
+        untold_sure: Likewise when neither is; none: it was not tried.
     """
 
     person: str
@@ -51,6 +53,8 @@ class Judged:
     end_m: float
     untold_m: float
     untold_end_m: float
+    sure: Calibration
+    untold_sure: Calibration | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,6 +168,8 @@ def _judge(
                 float(np.mean([score.end_m for score in by_told])),
                 float(np.mean([score.warped_m for score in by_itself])),
                 float(np.mean([score.end_m for score in by_itself])),
+                calibration(by_told),
+                calibration(by_itself),
             )
         )
     return rows
