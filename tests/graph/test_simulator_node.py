@@ -23,6 +23,7 @@ from hri_prediction.ros.node import HriNode
 from hri_prediction.ros.qos import reliable
 from hri_prediction.ros.time import to_time
 from hri_sim.nodes.simulator_node import SimulatorNode
+from hri_sim.scenario.schema import Scenario
 from hri_sim.testing import Graph, node_factory
 
 COMMAND = "joint_trajectory_controller/joint_trajectory"
@@ -230,3 +231,26 @@ def test_clock_drives_a_node_with_use_sim_time() -> None:
     assert ticks[-1] - ticks[0] == pytest.approx(passed, abs=0.5)
     assert len(ticks) == pytest.approx(passed / 0.02, rel=0.1)
     print(f"{passed:.2f} s of /clock in {wall:.2f} s, {len(ticks)} ticks")
+
+
+def test_how_fast_the_robot_comes_at_somebody_is_told(
+    make_graph: Callable[..., Graph], scenario: Scenario
+) -> None:
+    """Distances of a robot that moves while the person rests shrink as fast as it says."""
+    graph = make_graph()
+    graph.run(0.5)
+    goal = joints(graph)[1][-1] + np.array([0.5, 0.2, 0.3, -0.3, 0.2, 0.2, 0.4])
+    send(graph, ramp(graph, goal, 1.0))
+    begun = len(graph.messages("/sim/state"))
+    graph.run(1.0)
+    states = graph.messages("/sim/state")[begun:]
+    times = np.array([state.time for state in states])
+    gaps = np.array([state.clearance for state in states])
+    said = np.array([state.approach for state in states])
+    pairs = [(state.robot_part, state.human_part) for state in states]
+    same = np.array([a == b == c for a, b, c in zip(pairs, pairs[1:], pairs[2:], strict=False)])
+    slope = -(gaps[2:] - gaps[:-2]) / (times[2:] - times[:-2])
+    assert np.abs(said).max() > 0.1
+    assert same.sum() > 100
+    # The person at rest is not quite at rest: their hand trembles.
+    assert np.median(np.abs(said[1:-1] - slope)[same]) < 0.01

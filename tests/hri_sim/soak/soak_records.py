@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from hri_sim.soak.log import BEGIN, CONTACT, END, FAULT, LOG, REACH, SAMPLE, SoakLog
+from hri_sim.soak.contacts import Contact
+from hri_sim.soak.log import BEGIN, END, FAULT, LOG, REACH, SAMPLE, SoakLog
 
 SECONDS = 600
 NODES = ("person", "ptomp")
@@ -67,7 +68,7 @@ CANCELLED = {
     "outcomes": ["cancelled", "reached"],
     "as_wanted": True,
 }
-TOUCHED = {"s": 7.0, "approach": 0.1, "robot_part": "hand", "human_part": "ann/forearm"}
+TOUCHED = Contact(7.0, 0.5, 0.1, "hand", "ann/forearm")
 REACHED = {
     "s": 5.0,
     "way": "a b",
@@ -120,7 +121,6 @@ def write_record(
     faults: tuple[dict[str, Any], ...] = (KILLED, CANCELLED),
     reaches: tuple[dict[str, Any], ...] = (REACHED,),
     deaths: tuple[dict[str, Any], ...] = (),
-    contacts: tuple[dict[str, Any], ...] = (TOUCHED,),
     end: dict[str, Any] | None = ENDED,
     seconds: int = SECONDS,
     slower: float = 0.0,
@@ -133,7 +133,7 @@ def write_record(
         log.write(BEGIN, BEGUN)
         for second in range(seconds):
             log.write(SAMPLE, sample(second, leak, rng, lasting, slower))
-        kinds = ((FAULT, faults), (REACH, reaches), ("death", deaths), (CONTACT, contacts))
+        kinds = ((FAULT, faults), (REACH, reaches), ("death", deaths))
         for kind, rows in kinds:
             for row in rows:
                 log.write(kind, row)

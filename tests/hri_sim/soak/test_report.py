@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,15 +17,16 @@ sys.path.insert(0, str(Path(__file__).parent))
 from soak_records import BEGUN, CANCELLED, ENDED, KILLED, REACHED, TOUCHED, write_record
 
 from hri_prediction.errors import DataError
+from hri_sim.soak.contacts import Contact
 from hri_sim.soak.judging import LONG_S, figures, missed
 from hri_sim.soak.judging import verdict as summary
 from hri_sim.soak.log import BEGIN, LOG, SoakLog, read_log
 from hri_sim.soak.report import FIGURES, PICTURE, TEXT, report, write_report
 
 
-def judged(folder: Path) -> dict[str, Any]:
+def judged(folder: Path, contacts: Sequence[Contact] | None = (TOUCHED,)) -> dict[str, Any]:
     """What is in soak.json, without the files."""
-    return figures(read_log(folder / LOG), np.random.default_rng(0))
+    return figures(read_log(folder / LOG), np.random.default_rng(0), contacts)
 
 
 def verdict(content: dict[str, Any], words: str) -> dict[str, Any]:
@@ -34,19 +37,20 @@ def verdict(content: dict[str, Any], words: str) -> dict[str, Any]:
 def test_a_run_in_which_all_went_well(tmp_path: Path) -> None:
     content = write_report(write_record(tmp_path))
     assert not missed(content)
-    assert all(bar["met"] for bar in content["bars"])
+    assert [bar["needs"] for bar in content["bars"] if not bar["met"]] == ["a bag"]
     assert json.loads((tmp_path / FIGURES).read_text()) == content
     text = (tmp_path / TEXT).read_text()
     assert "**missed**" not in text
     assert "| kill | ptomp | 1 | 1/1 | 150 | 20 | 6.0 | 1/1 | 9.0 | – |" in text
-    assert f"\n{len(content['bars'])} of {len(content['bars'])} judged bars met.\n" in text
+    judged = len(content["bars"]) - 1
+    assert f"\n{judged} of {judged} judged bars met; 1 not judged" in text
     assert "| bag | 150.0 | 10.0 | 900000 | yes | whole |" in text
     assert (tmp_path / PICTURE).stat().st_size > 20_000
     assert content["rates_hz"] == {"person": 250.0}
     assert content["files"]["mb_per_minute"] == pytest.approx([15.0] * 3)
     # Of the two lives of ptomp only the second is long enough.
-    judged = {(row["node"], row["growth"] is not None) for row in content["memory"]}
-    assert judged == {("person", True), ("ptomp", True), ("ptomp", False)}
+    lives = {(row["node"], row["growth"] is not None) for row in content["memory"]}
+    assert lives == {("person", True), ("ptomp", True), ("ptomp", False)}
     assert content["memory"][0]["cores"] == pytest.approx(0.25)
 
 
@@ -64,7 +68,6 @@ def test_a_run_in_which_all_went_well(tmp_path: Path) -> None:
         ({"reaches": ({**REACHED, "outcome": "blocked"},)}, "without a fault"),
         ({"deaths": ({"s": 3.0, "node": "person", "wanted": False},)}, "by themselves"),
         ({"end": {**ENDED, "not_finite": 2}}, "not finite"),
-        ({"contacts": ({**TOUCHED, "approach": 0.16},)}, "comes at the person"),
         ({"end": {**ENDED, "orphans": ["ptomp (7)"]}}, "processes left"),
         ({"end": {**ENDED, "shared_left": ["fastrtps_1"]}}, "shared memory"),
         ({"end": {**ENDED, "bags": [{**ENDED["bags"][0], "error": "damaged"}]}}, "bags"),  # type: ignore[index]
@@ -154,11 +157,26 @@ def test_a_run_that_ended_at_once(tmp_path: Path) -> None:
 
 
 def test_contacts_are_told_whatever_they_were(tmp_path: Path) -> None:
-    gave_way = {**TOUCHED, "approach": -0.3, "robot_part": "upper_arm"}
-    content = judged(write_record(tmp_path / "a", contacts=(TOUCHED, gave_way)))
-    bar = next(bar for bar in content["bars"] if "comes at the person" in bar["what"])
+    gave_way = replace(TOUCHED, approach=-0.3, robot_part="upper_arm")
+    content = judged(write_record(tmp_path), (TOUCHED, gave_way))
+    bar = verdict(content, "comes at the person")
     assert bar["met"] is True
-    assert bar["measured"] == "0 of 2 contacts, fastest 0.10 m/s"
-    assert "| 0.1 | -0.30 | upper_arm | ann/forearm |" in report(content)
-    nobody = judged(write_record(tmp_path / "b", contacts=()))
-    assert "Nobody was touched." in report(nobody)
+    assert bar["measured"] == "0 of 2 contacts; 1 with more than 0.02 m/s, at most +0.10 m/s"
+    assert "| 0.1 | 0.50 | -0.30 | upper_arm | ann/forearm |" in report(content)
+    assert "Nobody was touched." in report(judged(tmp_path, ()))
+
+
+def test_a_robot_that_comes_at_somebody_too_fast_is_missed(tmp_path: Path) -> None:
+    content = judged(write_record(tmp_path), (TOUCHED, replace(TOUCHED, approach=0.17)))
+    assert [bar["what"] for bar in content["bars"] if bar["met"] is False] == [
+        "contacts in which the robot comes at the person with more than 0.16 m/s"
+    ]
+
+
+def test_without_a_bag_contacts_are_not_judged(tmp_path: Path) -> None:
+    content = write_report(write_record(tmp_path))
+    assert verdict(content, "comes at the person")["met"] is None
+    assert content["contacts"] is None
+    assert "no bag" in (tmp_path / TEXT).read_text()
+    (tmp_path / "bag").mkdir()  # one that cannot be read
+    assert verdict(write_report(tmp_path), "comes at the person")["met"] is None

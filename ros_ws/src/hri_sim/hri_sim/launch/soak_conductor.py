@@ -6,7 +6,6 @@ import os
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory
 
-from hri_prediction.ros.messages import HumanPrediction, PlannerStatus, PolicyStatus, SimState
+from hri_prediction.ros.messages import HumanPrediction, PlannerStatus, PolicyStatus
 from hri_prediction.ros.qos import SENSOR, reliable
 from hri_prediction.ros.time import seconds_to_ns, to_ns
 from hri_sim.launch.conductor import REST_S, Conductor
@@ -23,10 +22,9 @@ from hri_sim.launch.reports import INTERRUPTED, OUTCOMES
 from hri_sim.launch.soak_faults import Happening, Injector
 from hri_sim.launch.supervisor import Supervisor
 from hri_sim.scenario.schema import ReachSpec, Scenario
-from hri_sim.soak.contacts import ContactWatch
 from hri_sim.soak.faults import CANCEL, PREEMPT, Fault, FaultPlan
 from hri_sim.soak.latency import LatencyMatch
-from hri_sim.soak.log import CONTACT, DEATH, FAULT, REACH, SAMPLE, TOLD, SoakLog
+from hri_sim.soak.log import DEATH, FAULT, REACH, SAMPLE, TOLD, SoakLog
 from hri_sim.soak.rest import REST_SPEED
 from hri_sim.soak.sampler import Sampler
 from hri_sim.soak.ways import HOME, Walk
@@ -109,7 +107,6 @@ class SoakConductor(Conductor):
         self._speed = 0.0
         self._next_sample_s = 0.0
         self._number = self.not_finite = 0
-        self._contacts = ContactWatch()
         self._node.create_subscription(JointState, "joint_states", self._on_joints, SENSOR)
         self._node.create_subscription(
             JointTrajectory,
@@ -131,14 +128,6 @@ class SoakConductor(Conductor):
     def _on_joints(self, message: JointState) -> None:
         self._speed = max((abs(speed) for speed in message.velocity), default=0.0)
         self._injector.joints(to_ns(message.header.stamp), self._speed)
-
-    def _on_state(self, message: SimState) -> None:
-        self._state = message
-        begun = self._contacts.hear(
-            message.clearance, message.approach, message.robot_part, message.human_part
-        )
-        if begun is not None:
-            self._log.write(CONTACT, {"s": self._now_s(), **asdict(begun)})
 
     def _on_status(self, message: PlannerStatus | PolicyStatus) -> None:
         super()._on_status(message)

@@ -73,7 +73,8 @@ CASES = (
     ),
     Case(
         "evading",
-        "measured, and motion away from people is let go on, as in launched runs",
+        "measured, and motion away from people is let go on, as is any of no more than 0.15 m/s: as in "
+        "launched runs, but people have trunk and head",
         Settings(
             distance=ProtectiveDistanceConfig(
                 human=MEASURED, sample_noise=_NOISE_M, evasion=True, contact_speed=0.15

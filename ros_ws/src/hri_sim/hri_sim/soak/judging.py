@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hri_sim.soak.contacts import harmful_above
+from hri_sim.soak.contacts import STANDS, Contact, harmful_above
 from hri_sim.soak.faults import CANCEL, GROUPS, KILL, PAUSE, UNREACHABLE
 from hri_sim.soak.growth import Growth, latency_growth, memory_growth
 from hri_sim.soak.load import MOST_SHARE, grown, load_of
-from hri_sim.soak.log import CONTACT, DEATH, END, FAULT, REACH, SAMPLE, SoakRecord
+from hri_sim.soak.log import DEATH, END, FAULT, REACH, SAMPLE, SoakRecord
 
 FloatArray = NDArray[np.float64]
 
@@ -187,12 +187,15 @@ def _most(values: Any) -> float | None:
     return float(max(known)) if known else None
 
 
-def figures(record: SoakRecord, rng: np.random.Generator) -> dict[str, Any]:
+def figures(
+    record: SoakRecord, rng: np.random.Generator, contacts: Sequence[Contact] | None = None
+) -> dict[str, Any]:
     """All figures of a soak.
 
     Args:
         record: What was noted.
         rng: Draws for intervals.
+        contacts: Of robot and person, as the bags have them; none: there are no bags.
     """
     samples, faults, reaches = record.of(SAMPLE), record.of(FAULT), record.of(REACH)
     times, values = latencies(samples)
@@ -219,10 +222,10 @@ def figures(record: SoakRecord, rng: np.random.Generator) -> dict[str, Any]:
                 {f"{r['outcome']}: {r['reason']}" for r in calm if r["outcome"] != "reached"}
             ),
         },
-        "contacts": record.of(CONTACT),
+        "contacts": None if contacts is None else [asdict(contact) for contact in contacts],
         "deaths": [d for d in record.of(DEATH) if not d["wanted"]],
         "end": record.of(END)[-1] if record.of(END) else None,
-        "bars": [asdict(bar) for bar in bars(record, samples, faults, growth, calm)],
+        "bars": [asdict(bar) for bar in bars(record, samples, faults, growth, calm, contacts)],
     }
 
 
@@ -232,6 +235,7 @@ def bars(
     faults: Sequence[dict[str, Any]],
     growth: Growth | None,
     calm: Sequence[dict[str, Any]],
+    contacts: Sequence[Contact] | None,
 ) -> list[Bar]:
     """What is wanted, and whether it is met."""
     length_s = float(samples[-1]["s"] - samples[0]["s"]) if samples else 0.0
@@ -260,7 +264,7 @@ def bars(
     found.append(_all_bar("goals without a fault are reached", reached, len(calm)))
     deaths = sum(not d["wanted"] for d in record.of(DEATH))
     found.append(_none_bar("nodes that died by themselves", deaths))
-    found.append(_contact_bar(record))
+    found.append(_contact_bar(record.begin.get("contact_speed", 0.0), contacts))
     if record.cut:
         return [*found, Bar("the end of the run", "the script was killed", "a whole record", False)]
     end = record.of(END)[-1]
@@ -325,14 +329,17 @@ def _latency_bar(growth: Growth | None, length_s: float) -> Bar:
     return Bar(what, measured, wanted, growth.share <= MOST_GROWTH or growth.low <= 0.0)
 
 
-def _contact_bar(record: SoakRecord) -> Bar:
-    limit = harmful_above(record.begin.get("contact_speed", 0.0))
-    speeds = [contact["approach"] for contact in record.of(CONTACT)]
+def _contact_bar(contact_speed: float, contacts: Sequence[Contact] | None) -> Bar:
+    limit = harmful_above(contact_speed)
+    what = f"contacts in which the robot comes at the person with more than {limit:.2f} m/s"
+    if contacts is None:
+        return Bar(what, "no bag", "0", None, "a bag")
+    speeds = [contact.approach for contact in contacts]
     fast = sum(speed > limit for speed in speeds)
     measured = f"{fast} of {len(speeds)} contacts"
     if speeds:
-        measured += f", fastest {max(speeds):.2f} m/s"
-    what = f"contacts in which the robot comes at the person with more than {limit:.2f} m/s"
+        coming = sum(speed > STANDS for speed in speeds)
+        measured += f"; {coming} with more than {STANDS:.2f} m/s, at most {max(speeds):+.2f} m/s"
     return Bar(what, measured, "0", fast == 0)
 
 

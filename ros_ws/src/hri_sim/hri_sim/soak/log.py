@@ -14,13 +14,12 @@ from hri_prediction.files.content import open_file
 
 LOG = "soak.jsonl"
 """File in the folder of a run."""
-BEGIN, SAMPLE, REACH, FAULT, DEATH, CONTACT, TOLD, END = (
+BEGIN, SAMPLE, REACH, FAULT, DEATH, TOLD, END = (
     "begin",
     "sample",
     "reach",
     "fault",
     "death",
-    "contact",
     "told",
     "end",
 )

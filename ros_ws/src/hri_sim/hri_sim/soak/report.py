@@ -8,13 +8,18 @@ from typing import Any
 
 import numpy as np
 
+from hri_prediction.errors import DataError
 from hri_prediction.results.origin import origin_line
 from hri_sim.readability_report.run_folder import write_json
+from hri_sim.soak.contacts import Contact, contacts_of
+from hri_sim.soak.ending import bag_folders
 from hri_sim.soak.faults import WORDS
 from hri_sim.soak.judging import figures, verdict
 from hri_sim.soak.log import LOG, read_log
 from hri_sim.soak.picture import draw_soak
 
+BAG = "bag"
+"""Folder of the first bag of a run."""
 FIGURES, TEXT, PICTURE = "soak.json", "soak.md", "soak.png"
 _VERDICTS = {True: "met", False: "**missed**", None: "not judged"}
 
@@ -29,11 +34,20 @@ def write_report(folder: Path) -> dict[str, Any]:
         DataError: when there is no record.
     """
     record = read_log(folder / LOG)
-    content = figures(record, np.random.default_rng(0))
+    content = figures(record, np.random.default_rng(0), _contacts_in(folder))
     write_json(folder / FIGURES, content)
     (folder / TEXT).write_text(report(content))
     draw_soak(record, folder / PICTURE)
     return content
+
+
+def _contacts_in(folder: Path) -> list[Contact] | None:
+    """Those that the bags of a run have; none without a bag that can be read."""
+    bags = bag_folders(folder / BAG)
+    try:
+        return contacts_of(bags) if bags else None
+    except DataError:
+        return None  # whether bags can be read is judged by itself
 
 
 def _cell(value: float | None, style: str) -> str:
@@ -82,7 +96,9 @@ FAULT_HEAD = (
     "fault", "node", "count", "at rest", "within [ms]", "named [ms]", "ready [s]", "reached",
     "within [s]", "right",
 )  # fmt: skip
-CONTACT_HEAD = ("at [min]", "robot's speed towards the person [m/s]", "robot", "person")
+CONTACT_HEAD = (
+    "at [min]", "for [s]", "robot's speed towards the person [m/s]", "robot", "person",
+)  # fmt: skip
 BAR_HEAD = ("what", "measured", "wanted", "verdict")
 
 
@@ -106,9 +122,12 @@ def fault_table(content: dict[str, Any]) -> list[tuple[str, ...]]:
 
 
 def _contacts(content: dict[str, Any]) -> list[str]:
+    if content["contacts"] is None:
+        return ["There is no bag that tells.\n"]
     rows = [
         (
             f"{contact['s'] / 60.0:.1f}",
+            f"{contact['seconds']:.2f}",
             f"{contact['approach']:+.2f}",
             contact["robot_part"],
             contact["human_part"],
@@ -118,8 +137,10 @@ def _contacts(content: dict[str, Any]) -> list[str]:
     if not rows:
         return ["Nobody was touched.\n"]
     return [
-        "How fast the nearest point of the robot came at the person's, the most in the 20 ms before the "
-        "surfaces met. People here do not see the robot; negative: it gave way, or they pushed it.\n",
+        "How fast the nearest point of the robot came at the person's at most, from 20 ms before the "
+        "surfaces met until they parted, of its own: while its reference moved, or until 0.2 s after. "
+        "People here do not see the robot; negative: it gave way all the time. From the bags, of the "
+        "parts that overlap most; while no recorder runs, after it was killed, nothing is seen.\n",
         *_table(CONTACT_HEAD, rows),
     ]
 
