@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -12,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from hri_sim.launch import supervisor
-from hri_sim.launch.supervisor import NodeSpec, Supervisor, die_with
+from hri_sim.launch.supervisor import Death, NodeSpec, Supervisor, die_with
 
 
 @pytest.mark.parametrize(("parent", "code"), [(os.getpid, 0), (os.getppid, 1)])
@@ -83,3 +84,13 @@ def test_ctrl_c_again_costs_the_recording_only_at_the_second_time(
         assert time.monotonic() - begin < 4.0  # stuck would have been waited for for 5 s
     assert len(said) == (hurry == 1)
     assert all("or at the next Ctrl-C" in text for text in said)
+
+
+@pytest.mark.parametrize(
+    ("code", "cause"),
+    [(1, "boom"), (-signal.SIGSEGV, "boom"), (-signal.SIGABRT, "boom"), (0, ""),
+     (-signal.SIGKILL, ""), (-signal.SIGINT, ""), (-signal.SIGTERM, "")],
+)  # fmt: skip
+def test_last_words_are_told_of_who_did_not_end_by_somebody_else(code: int, cause: str) -> None:
+    assert Death("ptomp", code, ("before", "boom")).cause == cause
+    assert Death("ptomp", code, ()).cause == ""

@@ -61,6 +61,10 @@ class NodeSpec:
         return self.name or self.executable
 
 
+_ASKED = (signal.SIGKILL, signal.SIGINT, signal.SIGTERM)
+"""Signals that somebody sends; others a process gets for what it did, and says something of before."""
+
+
 @dataclass(frozen=True)
 class Death:
     """A node that ended by itself.
@@ -84,8 +88,9 @@ class Death:
 
     @property
     def cause(self) -> str:
-        """What a node that ended with an error said at last; empty when a signal ended it."""
-        return self.last_words[-1] if self.code > 0 and self.last_words else ""
+        """What a node that ended with an error said at last; empty when somebody ended it."""
+        asked = self.code == 0 or -self.code in _ASKED
+        return self.last_words[-1] if self.last_words and not asked else ""
 
 
 def find_executable(package: str, executable: str) -> Path:
