@@ -2,13 +2,20 @@ from __future__ import annotations
 
 import importlib
 import json
+from dataclasses import replace
 
 import pytest
 from mcap_ros2._dynamic import generate_dynamic
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from hri_prediction.bags.cdr import read_stamp, starts_with_stamp, with_stamp
-from hri_prediction.bags.schemas import message_class, message_definition, share_folders
+from hri_prediction.bags.reader import BagMessage
+from hri_prediction.bags.schemas import (
+    as_installed,
+    message_class,
+    message_definition,
+    share_folders,
+)
 from hri_prediction.errors import DataError
 
 TYPES = [
@@ -134,3 +141,28 @@ def test_which_types_begin_with_a_stamp() -> None:
 def test_short_data_has_no_stamp() -> None:
     assert read_stamp(b"\x00\x01\x00\x00\x01") is None
     assert with_stamp(b"\x00\x01", 3) == b"\x00\x01"
+
+
+def test_another_version_of_a_message_is_recognised() -> None:
+    name = "sensor_msgs/msg/JointState"
+    text = message_definition(name).text
+    assert as_installed(name, text)
+    assert as_installed(name, "")
+    assert as_installed("nobody_msgs/msg/Unknown", text)
+    assert as_installed(name, text.replace("std_msgs/Header", "Header").replace("# ", "#"))
+    assert as_installed(name, "uint8 SOMETHING=3\n" + text)
+    assert not as_installed(name, text.replace("float64[] effort", "float64[] torque"))
+    assert not as_installed(name, text.replace("float64[] effort", "float32[] effort"))
+    assert not as_installed(name, "float64 more\n" + text)
+    assert not as_installed(name, text.replace("uint32 nanosec", "uint64 nanosec"))
+
+
+def test_a_message_of_another_version_is_not_decoded() -> None:
+    pytest.importorskip("rclpy")
+    text = message_definition("sensor_msgs/msg/JointState").text
+    data = b"\x00\x01\x00\x00" + bytes(64)
+    message = BagMessage("/joint_states", "sensor_msgs/msg/JointState", data, 0, 0, 0, text)
+    assert list(message.decode().name) == []
+    changed = replace(message, definition="float64 more\n" + text)
+    with pytest.raises(DataError, match="another version of sensor_msgs/msg/JointState"):
+        changed.decode()

@@ -25,7 +25,7 @@ from hri_prediction.bags.metadata import (
     read_metadata,
 )
 from hri_prediction.bags.scan import Scan, ScannedAttachment, ScannedChannel, ScannedMessage
-from hri_prediction.bags.schemas import message_class
+from hri_prediction.bags.schemas import ROS2MSG, as_installed, message_class
 from hri_prediction.bags.structure import check_structure, is_closed, reading
 from hri_prediction.errors import DataError, cut
 from hri_prediction.files.content import open_file
@@ -45,6 +45,7 @@ class BagMessage:
         log_time_ns: Time of receipt [ns].
         publish_time_ns: Time of sending [ns].
         sequence: Publisher's sequence number, 0 when it was not known.
+        definition: Of its type with dependencies, as the bag has it; empty when it has none.
     """
 
     topic: str
@@ -53,17 +54,24 @@ class BagMessage:
     log_time_ns: int
     publish_time_ns: int
     sequence: int
+    definition: str = ""
 
     def decode(self) -> Any:
         """The message as an object of its class.
 
         Raises:
-            DataError: its type is not installed, or the bytes are not of that type.
+            DataError: its type is not installed, or with other fields, or the bytes are not of that type.
         """
         # rclpy only where a message is really decoded: bags are read on machines without it.
         from rclpy.serialization import deserialize_message
 
         cls = message_class(self.type)
+        if not as_installed(self.type, self.definition):
+            raise DataError(
+                f"{cut(self.topic)} was recorded with another version of {cut(self.type)}, whose "
+                "fields are not those of the installed one",
+                hint="read the bag with the release that recorded it",
+            )
         try:
             return deserialize_message(self.data, cls)
         except Exception as error:
@@ -253,10 +261,13 @@ class BagReader:
                 if not (late or early) and (topics is None or scanned.channel.topic in topics):
                     yield _message(scanned)
             return
+        definitions: dict[int, str] = {}
         with self._closed(file) as reader:
             for schema, channel, message in reader.iter_messages(
                 topics=topics, starting_at=start_ns, ending_before=end_ns
             ):
+                if schema and schema.id not in definitions:
+                    definitions[schema.id] = _text_of(schema.encoding, schema.data)
                 yield BagMessage(
                     channel.topic,
                     schema.name if schema else "",
@@ -264,6 +275,7 @@ class BagReader:
                     message.log_time,
                     message.publish_time,
                     message.sequence,
+                    definitions[schema.id] if schema else "",
                 )
 
     def _channels(self) -> Iterator[ScannedChannel]:
@@ -353,7 +365,13 @@ def _message(scanned: ScannedMessage) -> BagMessage:
         scanned.log_time_ns,
         scanned.publish_time_ns,
         scanned.sequence,
+        scanned.channel.definition if scanned.channel.encoding == ROS2MSG else "",
     )
+
+
+def _text_of(encoding: str, data: bytes) -> str:
+    """A definition that can be compared; empty where it is of another kind, or no text."""
+    return data.decode(errors="replace") if encoding == ROS2MSG else ""
 
 
 def _scanned(file: Path) -> Scan:

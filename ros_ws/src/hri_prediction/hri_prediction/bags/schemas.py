@@ -19,6 +19,8 @@ from typing import Any
 
 from hri_prediction.errors import DataError, cut
 
+ROS2MSG = "ros2msg"
+"""Encoding of definitions that are ROS's own text."""
 _SEPARATOR = "=" * 80
 _FIELD = re.compile(r"^(?P<type>[A-Za-z][\w/]*)(?:<=\d+)?(?:\[[^\]]*\])?\s+[A-Za-z]\w*")
 _PRIMITIVE = re.compile(r"^(bool|byte|char|w?string|float(32|64)|u?int(8|16|32|64))$")
@@ -72,7 +74,40 @@ def message_definition(type_name: str) -> MessageDefinition:
         parts.append(f"{_SEPARATOR}\nMSG: {label}\n{text}")
         queue += _references(key[0], text)
     joined = "\n".join(part.rstrip("\n") for part in parts) + "\n"
-    return MessageDefinition(type_name, "ros2msg", joined)
+    return MessageDefinition(type_name, ROS2MSG, joined)
+
+
+@functools.cache
+def as_installed(type_name: str, text: str) -> bool:
+    """Whether a definition in a bag has the fields of the installed one, and its messages so their bytes.
+
+    Comments and constants do not matter, nor in which order dependencies stand. Where one of both is not
+    known, or a dependency is not in both, nothing speaks against it.
+
+    Args:
+        type_name: Of the message.
+        text: The bag's definition with its dependencies.
+    """
+    ours, theirs = _fields_of(message_definition(type_name).text), _fields_of(text)
+    return all(ours[name] == theirs[name] for name in ours.keys() & theirs.keys())
+
+
+def _fields_of(text: str) -> dict[str, list[list[str]]]:
+    """Words of the fields of each part of a definition, by its label; of the message itself, empty."""
+    found: dict[str, list[list[str]]] = {}
+    for part in re.split(r"(?m)^=+[ \t]*$", text):
+        lines = [line.split("#", 1)[0].split() for line in part.splitlines()]
+        lines = [line for line in lines if line]
+        label = ""
+        if lines and lines[0][0] == "MSG:":
+            label = lines.pop(0)[1].replace("/msg/", "/")
+        # A type of the same package may be named with it or without.
+        found[label] = [
+            [line[0].rpartition("/")[2], line[1]]
+            for line in lines
+            if len(line) > 1 and "=" not in "".join(line[1:3])
+        ]
+    return found if text else {}
 
 
 def _references(package: str, text: str) -> list[tuple[str, str]]:
