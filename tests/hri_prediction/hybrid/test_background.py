@@ -219,8 +219,7 @@ def test_two_do_not_learn_one_person(setup, rest, targets, people):
     # It still predicts, and takes over in a new process once the other has ended.
     second.ask(Rested("anna", rest))
     assert isinstance(second.answers()[0], Expected)
-    for claim in first._loop._claims.values():
-        os.close(claim)
+    first.close()
     third = Inline(setup)
     third.ask(Reached("anna", other))
     assert isinstance(third.answers()[0], Learnt)

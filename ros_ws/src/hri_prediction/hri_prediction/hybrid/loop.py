@@ -189,6 +189,12 @@ class Loop:
             return Explained(name, found)
         return None
 
+    def close(self) -> None:
+        """Leave people to others, who may learn them from now on."""
+        for claim in self._claims.values():
+            os.close(claim)
+        self._claims.clear()
+
     def _forget_deleted(self, name: str) -> list[Answer]:
         """Forget a person whose folder was deleted or moved while it was known here."""
         if name not in self._kept or (self._store is not None and name in self._store.names()):
@@ -286,3 +292,4 @@ class Inline:
 
     def close(self) -> None:
         """End it."""
+        self._loop.close()
