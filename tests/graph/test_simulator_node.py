@@ -237,7 +237,7 @@ def test_how_fast_the_robot_comes_at_somebody_is_told(
     make_graph: Callable[..., Graph], scenario: Scenario
 ) -> None:
     """Distances of a robot that moves while the person rests shrink as fast as it says."""
-    graph = make_graph()
+    graph = make_graph(parameters={"simulator": {"command_timeout": 0.0}})
     graph.run(0.5)
     goal = joints(graph)[1][-1] + np.array([0.5, 0.2, 0.3, -0.3, 0.2, 0.2, 0.4])
     send(graph, ramp(graph, goal, 1.0))
