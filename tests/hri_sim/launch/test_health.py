@@ -12,6 +12,7 @@ from hri_prediction.ros.node import ERROR, OK, STANDSTILL, WARN
 from hri_sim.launch.health import AGAIN_S, SILENT_S, GraphHealth
 from hri_sim.launch.recording_end import recording_words
 from hri_sim.launch.supervisor import Death
+from hri_sim.recording.folders import bag_folders
 
 
 def status(
@@ -162,6 +163,22 @@ def test_the_end_of_a_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     said = words(ended(-9, died=True), [])
     assert "ends where the recorder did" in said
     assert "--salvage" in said
+
+
+def test_a_recorder_that_was_started_again_leaves_several_bags(tmp_path: Path) -> None:
+    bag = tmp_path / "bag"
+    for name in ("bag", "bag_2", "bag_10", "bag_old"):
+        (tmp_path / name).mkdir()
+    assert bag_folders(bag) == [bag, tmp_path / "bag_2", tmp_path / "bag_10"]
+    (bag / "bag_0.mcap").write_bytes(b"\x89MCAP0\r\n")  # its recorder was killed
+    said = recording_words(ended(0, died=True), [], bag)
+    assert "bag, bag_2, bag_10" in said[0]
+    assert "summary and picture are of bag alone" in said[0]
+    assert said[1].startswith(f"{bag} was not closed")
+    assert "--salvage" in said[1]
+    assert len(said) == 2
+    said = recording_words(ended(-9, died=True), [], bag)
+    assert said[2].startswith(f"{tmp_path / 'bag_10'} was not closed")
 
 
 def test_last_words_tell_the_cause_of_an_end_by_error_alone() -> None:

@@ -9,8 +9,9 @@ import pytest
 
 from hri_prediction.bags.metadata import TopicInfo
 from hri_prediction.bags.writer import BagWriter
+from hri_sim.recording.folders import bag_folders
 from hri_sim.soak import ending
-from hri_sim.soak.ending import bag_bytes, bag_folders, check_bag
+from hri_sim.soak.ending import bag_bytes, check_bag
 
 STEP_NS = 4_000_000
 

@@ -20,7 +20,8 @@ from hri_sim.launch.separation import DEFAULT_SEPARATION, contact_speed
 from hri_sim.launch.soak_conductor import SoakConductor
 from hri_sim.launch.supervisor import Supervisor
 from hri_sim.launch.telling import print_line, status_line, why_broken
-from hri_sim.soak.ending import bag_folders, check_bag
+from hri_sim.recording.folders import bag_folders
+from hri_sim.soak.ending import check_bag
 from hri_sim.soak.faults import ALL, chosen_kinds
 from hri_sim.soak.log import BEGIN, END, LOG, SoakLog
 from hri_sim.soak.sampler import Sampler, check_disk

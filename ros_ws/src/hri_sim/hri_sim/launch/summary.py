@@ -17,6 +17,7 @@ from hri_prediction.ros.time import NANO
 from hri_sim.launch.record import Series
 from hri_sim.launch.reports import INTERRUPTED, ReachReport
 from hri_sim.launch.separation import OFF
+from hri_sim.recording.folders import bag_folders
 from hri_sim.scenario.schema import Scenario
 
 FloatArray = NDArray[np.float64]
@@ -153,6 +154,7 @@ def summarise(
             ),
         },
         "bag": str(bag),
+        "bags": [str(path) for path in bag_folders(bag)],
         "seed": seed,
     }
 

@@ -13,16 +13,6 @@ LOOK_EVERY = 10_000
 """Messages between two looks at whether reading is to be broken off."""
 
 
-def bag_folders(bag: Path) -> list[Path]:
-    """The bags of a run that are there, in the order in which they were begun."""
-    later = bag.parent.glob(f"{bag.name}_*")
-    numbered = sorted(
-        (path for path in later if path.name.removeprefix(f"{bag.name}_").isdigit()),
-        key=lambda path: int(path.name.removeprefix(f"{bag.name}_")),
-    )
-    return [path for path in (bag, *numbered) if path.is_dir()]
-
-
 def bag_bytes(folder: Path) -> int:
     """Size of the files of a bag [bytes]; it may be written meanwhile."""
     total = 0

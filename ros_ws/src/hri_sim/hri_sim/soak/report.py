@@ -11,8 +11,8 @@ import numpy as np
 from hri_prediction.errors import DataError
 from hri_prediction.results.origin import origin_line
 from hri_sim.readability_report.run_folder import write_json
+from hri_sim.recording.folders import bag_folders
 from hri_sim.soak.contacts import Contact, contacts_of
-from hri_sim.soak.ending import bag_folders
 from hri_sim.soak.faults import WORDS
 from hri_sim.soak.judging import figures, verdict
 from hri_sim.soak.log import LOG, read_log

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from hri_prediction.errors import ConfigError
-from hri_sim.soak.ending import bag_bytes, bag_folders
+from hri_sim.recording.folders import bag_folders
+from hri_sim.soak.ending import bag_bytes
 from hri_sim.soak.processes import left_behind, look_at, shared_files, still_runs
 
 
