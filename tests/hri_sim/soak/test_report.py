@@ -167,9 +167,9 @@ def test_contacts_are_told_whatever_they_were(tmp_path: Path) -> None:
 
 
 def test_a_robot_that_comes_at_somebody_too_fast_is_missed(tmp_path: Path) -> None:
-    content = judged(write_record(tmp_path), (TOUCHED, replace(TOUCHED, approach=0.17)))
+    content = judged(write_record(tmp_path), (TOUCHED, replace(TOUCHED, approach=0.16)))
     assert [bar["what"] for bar in content["bars"] if bar["met"] is False] == [
-        "contacts in which the robot comes at the person with more than 0.16 m/s"
+        "contacts in which the robot comes at the person with more than 0.15 m/s"
     ]
 
 

@@ -39,18 +39,31 @@ def score(
     gap = truth - ahead.mean
     known = np.isfinite(gap).all(axis=1)
     squared, nll = np.full((2, known.size), np.nan)
-    factor = np.linalg.cholesky(ahead.covariance[known])
-    # Triangular solves in one go; these are 3 x 3.
-    white = np.linalg.solve(factor, gap[known][..., None])[..., 0]
-    squared[known] = np.sum(white**2, axis=1)
-    log_det = 2.0 * np.log(np.diagonal(factor, axis1=1, axis2=2)).sum(axis=1)
-    nll[known] = 0.5 * (squared[known] + log_det + 3.0 * LOG_2PI)
+    squared[known], nll[known] = densities(gap[known], ahead.covariance[known])
     return {
         "endpoint": np.linalg.norm(end[0] - at_end.mean[0]),
         "horizon": np.linalg.norm(later - at_horizons.mean, axis=1),
         "squared": squared,
         "nll": nll,
     }
+
+
+def densities(gap: Array, covariance: Array) -> tuple[Array, Array]:
+    """How likely points are under normal distributions.
+
+    Args:
+        gap: Of each point from its mean (n, 3) [m].
+        covariance: Of each (n, 3, 3) [m²].
+
+    Returns:
+        Squared Mahalanobis distances (n,), negative log densities (n,) [nats, of metres].
+    """
+    factor = np.linalg.cholesky(covariance)
+    # Triangular solves in one go; these are 3 x 3.
+    white = np.linalg.solve(factor, gap[..., None])[..., 0]
+    squared = np.sum(white**2, axis=1)
+    log_det = 2.0 * np.log(np.diagonal(factor, axis1=1, axis2=2)).sum(axis=1)
+    return squared, 0.5 * (squared + log_det + 3.0 * LOG_2PI)
 
 
 def spread_of(values: Array) -> dict[str, float | None]:

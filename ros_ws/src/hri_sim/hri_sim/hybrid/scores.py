@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hri_prediction.evaluation.scores import LOG_2PI, coverage
+from hri_prediction.evaluation.scores import coverage, densities
 from hri_prediction.geometry.warping import warped_distance
 from hri_prediction.hybrid.person import SeenReach
 from hri_prediction.prediction.bank import HypothesisBank, bank_prior
@@ -96,9 +96,6 @@ def _score(predicted: Array, covariance: Array, truth: Array) -> Score:
     whole = np.isfinite(truth).all(axis=1)
     seen, expected = truth[whole], predicted[whole]
     warped = warped_distance(predicted, seen) / len(seen)
-    factor = np.linalg.cholesky(covariance[whole])
-    white = np.linalg.solve(factor, (seen - expected)[..., None])[..., 0]
-    squared = np.sum(white**2, axis=1)
-    log_det = 2.0 * np.log(np.diagonal(factor, axis1=1, axis2=2)).sum(axis=1)
-    nll = 0.5 * float(np.mean(squared + log_det + 3.0 * LOG_2PI))
-    return Score(warped, float(np.linalg.norm(expected[-1] - seen[-1])), nll, squared)
+    squared, nll = densities(seen - expected, covariance[whole])
+    end_m = float(np.linalg.norm(expected[-1] - seen[-1]))
+    return Score(warped, end_m, float(nll.mean()), squared)

@@ -9,24 +9,20 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from hri_prediction.bags.reader import BagReader
-from hri_prediction.errors import DataError
 from hri_sim.faults.own_motion import REST, SWING_S
 
 STATES, REFERENCE = "/sim/state", "/joint_trajectory_controller/reference"
 STANDS = 0.02
 """A robot that comes at somebody no faster than that stands [m/s]."""
-ROUNDING = 0.01
-"""A monitor that keeps to a speed may be over it by so much, as it sees the robot late [m/s]."""
 BEFORE_S = 0.02
 """So long before a contact begins counts: the contact itself slows the robot down [s]."""
 PARTS_S = 0.1
 """A contact that begins anew so soon is the same one [s]."""
-_LOOK_EVERY = 10_000
 
 
 @dataclass(frozen=True)
@@ -112,14 +108,11 @@ class ContactWatch:
         self._most = None
 
 
-def contacts_of(
-    folders: Sequence[Path], hurried: Callable[[], bool] = lambda: False
-) -> list[Contact]:
+def contacts_of(folders: Sequence[Path]) -> list[Contact]:
     """All contacts that some bags of one run have.
 
     Args:
         folders: Of the bags, in order.
-        hurried: Whether reading is to be broken off.
 
     Raises:
         DataError: a bag cannot be read, or was recorded with other messages.
@@ -130,7 +123,7 @@ def contacts_of(
         reader = BagReader(folder, allow_unclosed=True)
         watch = ContactWatch()
         topics = [topic for topic in (STATES, REFERENCE) if topic in reader.topics]
-        for index, message in enumerate(reader.messages(topics)):
+        for message in reader.messages(topics):
             origin_ns = message.log_time_ns if origin_ns is None else origin_ns
             time_s = (message.log_time_ns - origin_ns) * 1e-9
             content = message.decode()
@@ -144,8 +137,6 @@ def contacts_of(
                     content.robot_part,
                     content.human_part,
                 )
-            if index % _LOOK_EVERY == 0 and hurried():
-                raise DataError(f"{folder} was not read to its end: broken off")
         watch.close()
         found += watch.contacts
     return found
@@ -157,4 +148,4 @@ def harmful_above(contact_speed: float) -> float:
     Args:
         contact_speed: At which it may touch by its monitor's parameters [m/s]; 0: it is to rest.
     """
-    return contact_speed + ROUNDING if contact_speed else STANDS
+    return max(contact_speed, STANDS)
