@@ -51,6 +51,7 @@ def test_a_touch_is_a_bar_that_is_missed() -> None:
         "touched_moving": 0,
         "seeds_touched": [],
         "fastest_touch_m_s": 0.0,
+        "fastest_approach_m_s": 0.0,
         "came_to_a_resting_robot": 5,
         "closest_moving_m": None,
         "median_closest_moving_m": None,
@@ -70,9 +71,13 @@ def test_a_touch_is_a_bar_that_is_missed() -> None:
     # With the monitor alone that lets people come nearer, nothing is promised.
     found["evading"]["chasing"]["touched_moving"] = 2
     assert "| met |" in command.report(content, ())
-    found["assumed"]["walking"] |= {"touched_moving": 1, "fastest_touch_m_s": 0.3}
+    found["assumed"]["walking"] |= {
+        "touched_moving": 1,
+        "fastest_touch_m_s": 0.3,
+        "fastest_approach_m_s": -0.1,
+    }
     assert "**missed**" in command.report(content, ())
-    assert "| assumed | walking | 1,000 | 990 | 1 | 0.30 |" in command.report(content, ())
+    assert "| assumed | walking | 1,000 | 990 | 1 | 0.30 | -0.10 |" in command.report(content, ())
 
 
 def test_no_graph_runs_on_beside_what_needs_none(

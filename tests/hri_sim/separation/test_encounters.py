@@ -72,6 +72,9 @@ def test_without_the_monitor_they_are(simulation: Simulation) -> None:
     meetings = [Encounter(simulation, "chasing", alone, seed).run() for seed in range(4)]
     assert all(meeting.touched for meeting in meetings)
     assert max(meeting.fastest_touch for meeting in meetings) > 0.1
+    # No point comes at anybody faster than the fastest point moves.
+    assert all(meeting.fastest_approach <= meeting.fastest_touch for meeting in meetings)
+    assert any(meeting.fastest_approach != 0.0 for meeting in meetings)
 
 
 def test_encounters_repeat(simulation: Simulation) -> None:

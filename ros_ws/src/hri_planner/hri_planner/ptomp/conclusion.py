@@ -60,7 +60,7 @@ def conclude(
     if contact_s is not None:
         reason = f"the forecast touches the plan in {contact_s - grid.start_s:.2f} s"
     elif not arrives:
-        reason = "no safe way to the goal now: waiting clear of the person"
+        reason = "no safe way to the goal now: keeping clear of the person"
     elif late > LATE_S:
         reason = f"{'slowed for the person: ' if slows else ''}arrival {late:.2f} s late"
     return ReplanResult(

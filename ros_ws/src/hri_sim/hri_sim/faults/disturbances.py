@@ -35,8 +35,9 @@ ENDED = Figure("ended", "the motion ends with a reason", limit=1.0, least=True)
 
 
 def clock(low_s: float, high_s: float, seed: int, place: Place) -> Trial:
-    """The clock of all nodes jumps; every other time with a policy, or with a monitor."""
-    mover, monitor = ((PTOMP, OFF), (POLICY, OFF), (PTOMP, "measured"))[seed % 3]
+    """The clock of all nodes jumps; two of three times with a policy, or with a monitor."""
+    # Scenes follow each other by the seed: each of them gets each of these.
+    mover, monitor = ((PTOMP, OFF), (POLICY, OFF), (PTOMP, "measured"))[seed // 3 % 3]
     with Motion(seed, place, "clock", mover=mover, separation=monitor, start_s=20.0) as motion:
         handle = motion.under_way()
         by_s = motion.rng.uniform(low_s, high_s)
@@ -56,7 +57,8 @@ def clock(low_s: float, high_s: float, seed: int, place: Place) -> Trial:
 
 def reset(seed: int, place: Place) -> Trial:
     """Robot and people are put back to where they began."""
-    with Motion(seed, place, "reset", separation=(OFF, "measured")[seed % 2]) as motion:
+    monitor, mover = (OFF, "measured")[seed // 2 % 2], (PTOMP, POLICY)[seed // 4 % 2]
+    with Motion(seed, place, "reset", mover=mover, separation=monitor) as motion:
         handle = motion.under_way()
         nodes = ("simulator", "person")[: 1 + seed % 2]
         for node in nodes:
@@ -147,7 +149,8 @@ DISTURBANCES = (
     Fault(
         "reset",
         "reset in mid-motion",
-        "~/reset of the simulator, every other time of the person too, at a random time of a motion",
+        "~/reset of the simulator, every other time of the person too, at a random time of a motion of "
+        "planner or policy, with and without a monitor",
         "the motion ends with a reason or goes on; no step afterwards; the next goal is reached",
         LOCKSTEP,
         (WILD, ENDED, AGAIN, *SAFE),

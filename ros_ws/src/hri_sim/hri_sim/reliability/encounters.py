@@ -121,6 +121,9 @@ def _figures(meetings: Sequence[Meeting]) -> dict[str, Any]:
         "encounters": len(meetings),
         "robot_moved": len(moving),
         "touched_moving": sum(m.touched for m in meetings),
+        "fastest_approach_m_s": max(
+            (m.fastest_approach for m in meetings if m.touched), default=0.0
+        ),
         "seeds_touched": [m.seed for m in meetings if m.touched][:10],
         "fastest_touch_m_s": max((m.fastest_touch for m in meetings), default=0.0),
         "came_to_a_resting_robot": sum(m.closest <= 0.0 and not m.touched for m in meetings),
@@ -163,17 +166,20 @@ def lines(found: Mapping[str, Any]) -> list[str]:
         *(f"| {case.name} | {case.text} |" for case in CASES),
         "",
         "| monitor | person | encounters | in which the robot moved | touched by a moving robot | "
-        "robot's speed then [m/s] | came to a resting robot | closest while it moved [cm] | median | "
-        "stopped [%] | slowed [%] |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
+        "robot's speed then [m/s] | of that, at the person [m/s] | came to a resting robot | "
+        "closest while it moved [cm] | median | stopped [%] | slowed [%] |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for case in CASES:
         for kind in KINDS:
             row = found[case.name][kind]
-            fast = f"{row['fastest_touch_m_s']:.2f}" if row["touched_moving"] else "–"
+            fast = approach = "–"
+            if row["touched_moving"]:
+                fast = f"{row['fastest_touch_m_s']:.2f}"
+                approach = f"{row['fastest_approach_m_s']:+.2f}"
             text.append(
                 f"| {case.name} | {kind} | {row['encounters']:,} | {row['robot_moved']:,} | "
-                f"{row['touched_moving']} | {fast} | {row['came_to_a_resting_robot']} | "
+                f"{row['touched_moving']} | {fast} | {approach} | {row['came_to_a_resting_robot']} | "
                 f"{_cm(row['closest_moving_m'])} | {_cm(row['median_closest_moving_m'])} | "
                 f"{100 * row['stopped_share']:.0f} | {100 * row['slowed_share']:.0f} |"
             )

@@ -46,6 +46,7 @@ VISITOR = "visitor"
 """Body id of the person."""
 KINDS = ("walking", "reaching", "chasing")
 _MILLI = 1_000_000
+_LOOK_AHEAD_S = 1e-4  # step of speeds
 
 
 @dataclass(frozen=True)
@@ -98,6 +99,8 @@ class Meeting:
         closest_moving: Smallest distance of the surfaces while the robot moved [m].
         fastest_touch: Speed of the robot's fastest point when they touched [m/s]; 0: they did not, or it
             rested.
+        fastest_approach: Speed at which the robot came at who was touched, the largest [m/s]; negative:
+            it was leaving; 0: there was no touch.
         closest: Smallest distance of all [m].
         stops: How often the robot was stopped.
         stopped_s: How long it was at a stop [s].
@@ -109,6 +112,7 @@ class Meeting:
     seed: int
     closest_moving: float
     fastest_touch: float
+    fastest_approach: float
     closest: float
     stops: int
     stopped_s: float
@@ -182,7 +186,8 @@ class Encounter:
         ticks = round(settings.duration / PERIOD_S)
         steps = round(PERIOD_S * 1e3)
         closest = closest_moving = np.inf
-        touch, stops, stopped, slowed = 0.0, 0, 0, 0
+        touch, approach = 0.0, -np.inf
+        stops, stopped, slowed = 0, 0, 0
         before = State.STOPPED
         gap, over = np.inf, 0
         ended = 0
@@ -206,12 +211,12 @@ class Encounter:
                 for _ in range(steps // looks):
                     self._deliver(simulation.time_ns)
                     simulation.step(1)
-                gap, speed = self._look()
+                gap, speed, toward = self._look()
                 closest = min(closest, gap)
                 if speed > REST_M_S:
                     closest_moving = min(closest_moving, gap)
                     if gap <= 0.0:
-                        touch = max(touch, speed)
+                        touch, approach = max(touch, speed), max(approach, toward)
             if gap <= 0.0 and speed <= REST_M_S:
                 over += 1  # whoever leans on a robot that rests does so on and on
                 if over * PERIOD_S > LEANING_S:
@@ -223,6 +228,7 @@ class Encounter:
             self._seed,
             closest_moving,
             touch,
+            approach if touch else 0.0,
             closest,
             stops,
             stopped * PERIOD_S,
@@ -294,13 +300,24 @@ class Encounter:
             motion_to(self._robot, start, self._goal, speed, stamp_ns)
         )
 
-    def _look(self) -> tuple[float, float]:
-        """True distance of the surfaces [m], and speed of the robot's fastest point [m/s]."""
+    def _look(self) -> tuple[float, float, float]:
+        """Distance of the surfaces [m]; speeds of the robot's fastest point, and towards the person [m/s].
+
+        The latter is what its own motion takes from the distance.
+        """
         q, qd = self._simulation.q, self._simulation.qd
-        capsules = self._robot.robot_capsules(q)
+        ahead_q = q + _LOOK_AHEAD_S * qd
         shape, figure = self._visitor.shape, self._visitor.figure
         axes = np.concatenate((arm_capsules(shape.arms).reshape(6, 2, 3), shape.body))
         radii = np.concatenate((figure.arm_radii, figure.arm_radii, shape.radii))
-        gap = float(capsule_distances(capsules, self._robot.capsule_radii, axes, radii).min())
-        ahead = self._robot.frames(q + 1e-4 * qd) - self._robot.frames(q)
-        return gap, float(np.linalg.norm(ahead, axis=-1).max()) * 1e4
+        gap, gap_ahead = (
+            float(
+                capsule_distances(
+                    self._robot.robot_capsules(at), self._robot.capsule_radii, axes, radii
+                ).min()
+            )
+            for at in (q, ahead_q)
+        )
+        ahead = self._robot.frames(ahead_q) - self._robot.frames(q)
+        speed = float(np.linalg.norm(ahead, axis=-1).max()) / _LOOK_AHEAD_S
+        return gap, speed, (gap - gap_ahead) / _LOOK_AHEAD_S
