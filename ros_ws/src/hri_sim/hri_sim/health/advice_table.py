@@ -174,8 +174,8 @@ TABLE = (
     ),
     # ---------------------------------------------------------------- planning and control
     Advice(
-        "The plan was refused. Now and then that is a late one on a busy machine, or one made for full speed "
-        "while the separation monitor slowed the robot; if it goes on at full speed, planner and "
+        "The plan was refused. Now and then that is a late one on a busy machine, or one made for full "
+        "speed while the separation monitor slows the robot; if it goes on at full speed, planner and "
         "controller disagree about time, joints or limits: compare clocks and robot.",
         keys=("trajectory",),
     ),
