@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -130,6 +131,12 @@ def reproduce_reliability(
             show_default=False,
         ),
     ] = None,
+    at_most: Annotated[
+        int | None,
+        typer.Option(
+            help="Fewer repetitions where the table says more than that.", min=1, show_default=False
+        ),
+    ] = None,
     number: Annotated[
         int,
         typer.Option(
@@ -171,7 +178,9 @@ def reproduce_reliability(
                 results.append(
                     bring_about(
                         fault,
-                        count or (fault.smoke if smoke else fault.count),
+                        min(
+                            count or (fault.smoke if smoke else fault.count), at_most or sys.maxsize
+                        ),
                         runs,
                         progress,
                         first_seed=first_seed,
