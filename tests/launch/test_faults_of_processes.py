@@ -21,6 +21,7 @@ NAMES = (
     "freeze_predictor",
     "kill_replayer",
     "freeze_dyad",
+    "kill_interaction_monitor",
     "kill_mocap_live",
     "disk_full",
     "unwritable_folder",

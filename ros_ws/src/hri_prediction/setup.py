@@ -8,7 +8,7 @@ setup(
     name=PACKAGE,
     version="0.1.0",
     packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
-    package_data={PACKAGE: ["py.typed", "ros/*.xml", "hybrid/*.json"]},
+    package_data={PACKAGE: ["py.typed", "ros/*.xml", "hybrid/*.json", "models/*"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
@@ -20,6 +20,7 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
+            "interaction_monitor = hri_prediction.nodes.interaction_monitor_node:main",
             "mocap_live = hri_prediction.nodes.mocap_live_node:main",
             "predictor = hri_prediction.nodes.predictor_node:main",
         ]

@@ -29,6 +29,7 @@ def crossing(law: str = "push") -> Reaches:
         delay=0.15 * each,
         noise=0.0 * each,
         law=np.full((1, 2), LAWS.index(law)),
+        bow=np.zeros((1, 2, 3)),
     )
 
 
@@ -108,3 +109,14 @@ def test_encounters_begin_and_end_at_rest_and_know_their_direction() -> None:
         np.testing.assert_array_equal(one.goal, one.hand[-1])
         at_home = np.linalg.norm(one.goal - setup.places[0, 0]) < 0.04
         assert at_home == one.backward
+
+
+def test_a_bow_leads_round_the_middle() -> None:
+    alone = replace(crossing("none"), law=np.full((1, 2), LAWS.index("none")))
+    bow = np.array(((0.0, 0.1, 0.05), (0.0, 0.0, 0.0)))[None]
+    straight, round_it = (
+        simulate(reaches, SECONDS, RNG(0))[0, :, 0] for reaches in (alone, replace(alone, bow=bow))
+    )
+    aside = round_it - straight
+    np.testing.assert_allclose(aside[np.abs(aside[:, 1]).argmax()], bow[0, 0], atol=1e-3)
+    np.testing.assert_allclose(aside[[0, -1]], 0.0, atol=1e-9)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hri_planner.warm import warm_kernels as warm_planner_kernels
+from hri_prediction.ontology.warm import warm_watch
 from hri_prediction.warm import warm_kernels as warm_prediction_kernels
 from hri_sim.scenario.conditions import draw_scenario
 from hri_sim.scenario.nominal import nominal_motion
@@ -37,4 +38,5 @@ def warm_kernels() -> None:
     """Compile the kernels of all packages."""
     warm_prediction_kernels()
     warm_planner_kernels()
+    warm_watch()
     warm_simulation()

@@ -1,9 +1,9 @@
-"""A track as a motion capture bag: ``/humans/bodies/<id>/arm``, readable by everything of ROS."""
+"""Tracks as motion capture bags: ``/humans/bodies/<id>/arm``, readable by everything of ROS."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from rclpy.serialization import serialize_message
@@ -43,18 +43,50 @@ def write_arm_bag(
         ConfigError: the folder holds something or cannot be made.
         DataError: the disk takes nothing more.
     """
-    body = body_id_of(track.subject)
     about = {
         "subject": track.subject,
         "task": track.task,
         "trial": str(track.trial),
         "source": track.source,
     }
+    return write_arms_bag(folder, (track,), about, progress)
+
+
+def write_arms_bag(
+    folder: str | Path,
+    tracks: Sequence[ArmTrack],
+    about: Mapping[str, str],
+    progress: Callable[[int], None] = lambda count: None,
+) -> BagMetadata:
+    """Write arms of one or several bodies that were recorded together; as :func:`write_arm_bag`.
+
+    Args:
+        folder: New or empty folder.
+        tracks: In the frame ``world``, on the same clock, which begins with the first row of any.
+        about: What the bag says of itself.
+        progress: Called with the number of samples written so far.
+    """
     qos = OfferedQos(depth=50, reliability="best_effort")
-    with BagWriter(folder, custom_data=about) as writer:
-        channel = writer.add_topic(TopicInfo(f"/humans/bodies/{body}/arm", ARM_TYPE, (qos,)))
-        for count, sample in enumerate(track.samples(START_NS), start=1):
-            message = message_from_sample(sample, body)
-            writer.write(channel, serialize_message(message), sample.stamp_ns, sequence=count)
+    first_s = min(float(track.time_s[0]) for track in tracks)
+    samples = sorted(
+        (
+            (sample.stamp_ns, number, sample)
+            for number, track in enumerate(tracks)
+            for sample in track.samples(START_NS + round((float(track.time_s[0]) - first_s) * 1e9))
+        ),
+        key=lambda item: item[:2],
+    )
+    bodies = [body_id_of(track.subject) for track in tracks]
+    with BagWriter(folder, custom_data=dict(about)) as writer:
+        channels = {
+            body: writer.add_topic(TopicInfo(f"/humans/bodies/{body}/arm", ARM_TYPE, (qos,)))
+            for body in dict.fromkeys(bodies)
+        }
+        counts = dict.fromkeys(channels, 0)
+        for count, (stamp_ns, number, sample) in enumerate(samples, start=1):
+            body = bodies[number]
+            counts[body] += 1
+            message = serialize_message(message_from_sample(sample, body))
+            writer.write(channels[body], message, stamp_ns, sequence=counts[body])
             progress(count)
         return writer.close()

@@ -105,4 +105,5 @@ def reaches_between(
         delay=of_each("delay"),
         noise=of_each("noise"),
         law=np.full((count, 2), LAWS.index("push")),
+        bow=np.zeros((count, 2, 3)),
     )

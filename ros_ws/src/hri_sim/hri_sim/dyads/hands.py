@@ -50,6 +50,7 @@ class Reaches:
         delay: Reaction time (n, 2) [s].
         noise: Of accelerations, relative (n, 2).
         law: Index in :data:`LAWS` (n, 2).
+        bow: How far the middle of the path is aside of the straight line, besides the lift (n, 2, 3) [m].
     """
 
     start: FloatArray
@@ -62,6 +63,7 @@ class Reaches:
     delay: FloatArray
     noise: FloatArray
     law: NDArray[np.int64]
+    bow: FloatArray
 
     def __len__(self) -> int:
         """Number of pairs."""
@@ -105,7 +107,7 @@ def moving(
     """
     n, steps = len(reaches), round(seconds / STEP_S) + 1
     length = np.linalg.norm(reaches.goal - reaches.start, axis=2)
-    lift = (reaches.lift * length)[..., None] * _UP
+    lift = (reaches.lift * length)[..., None] * _UP + reaches.bow
     y, v = reaches.start.copy(), np.zeros((n, 2, 3))
     a, aside, shake = np.zeros((n, 2, 3)), np.zeros((n, 2, 3)), np.zeros((n, 2, 3))
     left = reaches.duration.copy()

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hri_prediction.errors import DataError
-from hri_sim.dyads.drawing import SCATTER_M, draw_person, reaches_between
+from hri_sim.dyads.drawing import SCATTER_M, PersonFactors, draw_person, reaches_between
 from hri_sim.dyads.hands import STEP_S, Reaches, moving
 from hri_sim.dyads.recording import SECONDS
 from hri_sim.dyads.setups import DyadSetup
@@ -20,6 +21,9 @@ _KEPT = 128
 """Steps that can still be asked for."""
 
 _REST_S = 0.2
+_SAME_PLACE_M = 0.05
+_TURN_S = (0.25, 0.7)
+"""So long after who leaves a place sets off who comes to it."""
 _AT_REST_M = 0.002
 """Who moves less than this in that time has arrived."""
 
@@ -35,6 +39,7 @@ class DyadMotion:
         rng: Draws who they are and all that they do.
         pause: How long they rest between encounters [s].
         encounters: How many there are; 0: there is no end.
+        people: Who they are; drawn if none are given.
 
     Attributes:
         begun: Encounters that have begun.
@@ -42,7 +47,13 @@ class DyadMotion:
     """
 
     def __init__(
-        self, setup: DyadSetup, rng: np.random.Generator, *, pause: float, encounters: int = 0
+        self,
+        setup: DyadSetup,
+        rng: np.random.Generator,
+        *,
+        pause: float,
+        encounters: int = 0,
+        people: tuple[PersonFactors, PersonFactors] | None = None,
     ) -> None:
         self.setup = setup
         self.begun = 0
@@ -51,7 +62,7 @@ class DyadMotion:
         self._rng = rng
         self._pause_steps = round(pause / STEP_S)
         self._encounters = encounters
-        self._people = (draw_person(rng), draw_person(rng))
+        self._people = people or (draw_person(rng), draw_person(rng))
         self._step = -1
         self._kept: deque[FloatArray] = deque(maxlen=_KEPT)
         self._coming = self._run()
@@ -85,13 +96,18 @@ class DyadMotion:
                 self.over = True
                 while True:
                     yield hands
-            goals = np.empty((2, 3))
+            goals, before = np.empty((2, 3)), hands
             for person, places in enumerate(self.setup.places):
                 others = np.delete(np.arange(len(places)), at_place[person])
                 at_place[person] = self._rng.choice(others)
                 goals[person] = places[at_place[person]]
             goals += SCATTER_M * self._rng.standard_normal((2, 3))
-            self.reaches = reaches_between(self._people, hands[None], goals[None], self._rng)
+            reaches = reaches_between(self._people, hands[None], goals[None], self._rng)
+            self.reaches = replace(
+                reaches,
+                bow=self.setup.bow[None],
+                onset=self._by_turns(reaches.onset, before, goals),
+            )
             self.begun += 1
             self.resting = False
             latest = float((self.reaches.onset + self.reaches.duration).max())
@@ -103,3 +119,17 @@ class DyadMotion:
                 if step * STEP_S > latest and (stirred < _AT_REST_M).all():
                     break
             self.resting = True
+
+    def _by_turns(self, onset: FloatArray, hands: FloatArray, goals: FloatArray) -> FloatArray:
+        """When they set off (1, 2) [s]: nobody comes to where the other still is."""
+        comes = [
+            bool(np.linalg.norm(goals[person] - hands[1 - person]) < _SAME_PLACE_M)
+            for person in range(2)
+        ]
+        if not any(comes):
+            return onset
+        # Where both swap places, either goes first.
+        late = int(self._rng.integers(2)) if all(comes) else comes.index(True)
+        found = np.zeros((1, 2))
+        found[0, late] = self._rng.uniform(*_TURN_S)
+        return found

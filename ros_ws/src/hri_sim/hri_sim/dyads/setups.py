@@ -8,7 +8,7 @@ pairs of reaches cross.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +38,8 @@ class DyadSetup:
         yaw: How far learner and partner are turned from looking along -x (2,) [rad].
         shoulders: Right shoulders of learner and partner (2, 3) [m], the middle of the table top at
             the origin, z up.
-        places: Homes (first) and targets of both (2, 1 + TARGETS, 3) [m].
+        places: Homes (first) and targets of both (2, 1 + TARGETS, 3) [m], or as many as there are.
+        bow: How far the middle of a path is aside of the straight line (2, 3) [m], as round an obstacle.
     """
 
     name: str
@@ -46,6 +47,7 @@ class DyadSetup:
     yaw: FloatArray
     shoulders: FloatArray
     places: FloatArray
+    bow: FloatArray = field(default_factory=lambda: np.zeros((2, 3)))
 
 
 def draw_setup(name: str, arrangement: str, rng: np.random.Generator) -> DyadSetup:

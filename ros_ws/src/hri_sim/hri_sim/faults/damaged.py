@@ -231,7 +231,7 @@ DAMAGED = (
             Figure("seconds", "after", "s", digits=1),
         ),
         wrong_messages,
-        count=12,  # nodes
+        count=13,  # nodes
     ),
 )
 """Faults of files and of installations."""

@@ -18,7 +18,7 @@ from hri_prediction.ros.time import NANO, to_ns
 from hri_sim.faults.live import READY_S, LiveGraph, reaching_graph
 from hri_sim.faults.motion import AT_REST, LEANT_ON, NAMED, SCENES, STEP, TOUCHED, scene
 from hri_sim.faults.own_motion import OwnMotion
-from hri_sim.faults.sources import MOCAP_LIVE, SOURCES, SourceGraph
+from hri_sim.faults.sources import DYAD, INTERACTION, MOCAP_LIVE, SOURCES, SourceGraph
 from hri_sim.faults.trials import TrialsGraph
 from hri_sim.launch.health import SILENT
 from hri_sim.launch.separation import MONITOR, OFF
@@ -26,7 +26,7 @@ from hri_sim.reliability.fault import PROCESSES, Fault, Figure, Place, Trial
 
 RECORDER, SIMULATOR, POLICY = "recorder", "simulator", "policy"
 OBSERVER, ADAPTATION = "observer", "adaptation"
-HANDS_OFF = (RECORDER, SIMULATOR, ADAPTATION)
+HANDS_OFF = (RECORDER, SIMULATOR, ADAPTATION, INTERACTION)
 """Nodes on which it does not depend whether the robot may move on."""
 UNKNOWN_ARMS = (MOCAP_LIVE,)
 """Sources of arms that the simulator does not know, so that it cannot tell whether they are touched."""
@@ -57,6 +57,7 @@ REASONS = {
     OBSERVER: UNSEEN,
     RECORDER: (RECORDER,),
     ADAPTATION: (ADAPTATION,),
+    INTERACTION: (INTERACTION,),
 }
 """What is said of each when it falls silent: one of these words."""
 
@@ -66,6 +67,8 @@ def live_graph(victim: str, place: Place) -> LiveGraph:
     kind = victim if victim in (POLICY, MONITOR, *SOURCES) else "planner"
     if victim in IN_TRIALS:
         kind = "trials"
+    elif victim == INTERACTION:
+        kind = DYAD
     running = place.stays.get(GRAPH)
     if isinstance(running, LiveGraph):
         if running.folder.name == kind:
@@ -77,7 +80,7 @@ def live_graph(victim: str, place: Place) -> LiveGraph:
     if kind == "trials":
         graph: LiveGraph = TrialsGraph(folder, SCENES[0])
     elif kind in SOURCES:
-        graph = SourceGraph(folder, SCENES[0], victim)
+        graph = SourceGraph(folder, SCENES[0], kind)
     else:
         _, library = scene(0, place.keep)
         graph = reaching_graph(
@@ -219,13 +222,14 @@ def _kill(victim: str) -> Fault:
         RECORDER: "named; the run goes on; the bag is salvaged up to 1 s before",
         SIMULATOR: "named by the launcher and in the graph",
         ADAPTATION: "named; the trial under way is made again, no other is lost",
+        INTERACTION: "named; the run goes on",
     }.get(victim, "robot at rest, named by the launcher and in the graph")
     figures: tuple[Figure, ...] = (AT_REST, NAMED, said)
     if victim == RECORDER:
         figures = (NAMED, LOST, SALVAGED)
     elif victim == SIMULATOR:
         figures = (NAMED, said)
-    elif victim == ADAPTATION:
+    elif victim in (ADAPTATION, INTERACTION):
         figures = (NAMED,)
     return Fault(
         f"kill_{victim}",
@@ -260,6 +264,6 @@ PROCESS_FAULTS = (
     *map(_kill, PLANNED), *map(_freeze, PLANNED),
     _kill(POLICY), _freeze(POLICY), _kill(MONITOR), _freeze(MONITOR),
     _kill(OBSERVER), _freeze(OBSERVER), _kill(ADAPTATION), _freeze(ADAPTATION),
-    *(line(source) for source in SOURCES for line in (_kill, _freeze)),
+    *(line(node) for node in (*SOURCES, INTERACTION) for line in (_kill, _freeze)),
 )  # fmt: skip
 """Faults of processes."""

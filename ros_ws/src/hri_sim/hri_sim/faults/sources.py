@@ -27,6 +27,8 @@ from hri_sim.scenario.schema import PersonSpec, Scenario
 
 REPLAYER, DYAD, MOCAP_LIVE = "replayer", "dyad", "mocap_live"
 SOURCES = (REPLAYER, DYAD, MOCAP_LIVE)
+INTERACTION = "interaction_monitor"
+"""Node that watches two people, and so runs beside a dyad."""
 RECORDING = "recording.npz"
 FARTHER_M = 0.5
 """So much farther from the robot than who is drawn beside it [m]."""
@@ -111,7 +113,9 @@ class SourceGraph(LiveGraph):
             )
         scenario = scene_of(source, drawn)
         options = RunOptions(out=folder, seed=seed, drawn=scenario)
-        specs = launched_specs(options, scenario, None, spec)
+        specs = [*launched_specs(options, scenario, None, spec)]
+        if source == DYAD:
+            specs.append(NodeSpec("hri_prediction", INTERACTION))
         super().__init__(folder, scenario, options.mover, specs)
 
     def close(self) -> None:

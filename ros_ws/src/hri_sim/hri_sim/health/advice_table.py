@@ -72,6 +72,21 @@ TABLE = (
         "list all.",
         words=r"still seen, but no longer listed",
     ),
+    # ---------------------------------------------------------------- two people
+    Advice(
+        "Track a second person, or wait for them: the interaction monitor watches two bodies. If it is to "
+        "watch others than those that are tracked, see its parameter pair.",
+        words=r"an interaction needs two|(is|are) not tracked",
+    ),
+    Advice(
+        "If others are meant, start the interaction monitor with -p pair:=\"['ONE','OTHER']\".",
+        words=r"set pair to watch others",
+    ),
+    Advice(
+        "That arm is not tracked. If the other one is to be watched, start the interaction monitor with "
+        "-p side:=left (or right).",
+        words=r"no (left|right) arm of",
+    ),
     # ---------------------------------------------------------------- clocks
     Advice(
         "The clocks differ: let all machines follow one time server (chrony), give all nodes the same "

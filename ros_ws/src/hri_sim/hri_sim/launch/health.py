@@ -19,6 +19,7 @@ SILENT_S = 3.0
 SILENT = {
     RECORDER: "it may be recording nothing",
     "adaptation": "no trial goes on meanwhile",
+    "interaction_monitor": "nobody says what case of interaction it is",
 }
 """Nodes for which nobody else speaks when they hang, and what that means."""
 AGAIN_S = 10.0

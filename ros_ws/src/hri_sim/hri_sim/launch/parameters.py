@@ -19,9 +19,12 @@ from hri_prediction.config import from_mapping
 from hri_prediction.errors import ConfigError, DataError, all_of, cut, shown
 from hri_prediction.files.values import read_yaml
 from hri_prediction.hybrid.config import HybridConfig
+from hri_prediction.nodes.interaction_monitor_node import InteractionMonitorConfig
 from hri_prediction.nodes.mocap_live_node import MocapLiveConfig
 from hri_prediction.nodes.predictor_node import PredictorNodeConfig
+from hri_prediction.ontology.config import WatchConfig
 from hri_prediction.prediction.config import PredictorConfig
+from hri_prediction.tracks.segmentation import SegmentationConfig
 from hri_sim.launch.supervisor import NodeSpec
 from hri_sim.nodes.dyad_node import DyadNodeConfig
 from hri_sim.nodes.observer_node import ObserverNodeConfig
@@ -43,6 +46,11 @@ CONFIGURATIONS: dict[str, tuple[tuple[str, Any], ...]] = {
         ("", PredictorNodeConfig()),
         ("", PredictorConfig()),
         ("guess.", HybridConfig()),
+    ),
+    "interaction_monitor": (
+        ("", InteractionMonitorConfig()),
+        ("watch.", WatchConfig()),
+        ("segmentation.", SegmentationConfig()),
     ),
     "adaptation": (("", AdaptationConfig()),),
     "policy": (("", PolicyNodeConfig()), ("policy_planner.", PolicyConfig())),

@@ -16,6 +16,7 @@ from hri_sim.dyads.bodies import dyad_bodies, named_person
 from hri_sim.dyads.motion import DyadMotion
 from hri_sim.dyads.setups import ARRANGEMENTS, draw_setup
 from hri_sim.nodes.captured_bodies import CapturedBodies
+from hri_sim.ontology.sessions import POSITION_OF, dyad_in_case
 from hri_sim.people.capture import CapturedArm
 from hri_sim.people.seeding import dyad_generator
 from hri_sim.people.tracking import SAMPLE_PERIOD_NS
@@ -28,6 +29,12 @@ class DyadNodeConfig:
     seed: int = parameter(0, "Seed of places, people, what they do, and of the tracking", low=0)
     arrangement: str = parameter(
         "opposite", "Where the second person sits, seen from the first", choices=tuple(ARRANGEMENTS)
+    )
+    case: int = parameter(
+        0,
+        "Case of the interaction ontology that they are in; 0: places are drawn, and none is meant",
+        low=0,
+        high=20,
     )
     ids: tuple[str, ...] = parameter(("person1", "person2"), "Names of the two people")
     encounters: int = parameter(0, "How many times both reach; 0: without end", low=0)
@@ -60,9 +67,14 @@ class DyadNode(HriNode):
 
     def _people_anew(self) -> dict[str, list[CapturedArm]]:
         config, rng = self._config, dyad_generator(self._seed)
-        setup = draw_setup("dyad", config.arrangement, rng)
         self._said = False
-        self._motion = DyadMotion(setup, rng, pause=config.pause, encounters=config.encounters)
+        if config.case:
+            setup, people = dyad_in_case(config.case, POSITION_OF[config.arrangement], self._seed)
+        else:
+            setup, people = draw_setup("dyad", config.arrangement, rng), None
+        self._motion = DyadMotion(
+            setup, rng, pause=config.pause, encounters=config.encounters, people=people
+        )
         place = Placement.parse(config.place)
         return dyad_bodies(self._motion, config.ids, self._seed, place)
 
@@ -90,6 +102,7 @@ class DyadNode(HriNode):
         doing = "at rest" if self._motion.resting else "reaching"
         figures = {
             "bodies": ", ".join(self._config.ids),
+            "case": self._config.case or "none",
             "encounters": self._motion.begun,
             "captures_skipped": self._captured.skipped,
         }

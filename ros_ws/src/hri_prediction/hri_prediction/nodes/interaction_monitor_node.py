@@ -1,0 +1,239 @@
+"""Interaction monitor: which case of interaction two tracked people are in, live."""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from std_msgs.msg import Header
+
+from hri_prediction.config import parameter, validate
+from hri_prediction.errors import ConfigError, DataError
+from hri_prediction.ontology.cases import cases
+from hri_prediction.ontology.classifier import InteractionClassifier
+from hri_prediction.ontology.config import WatchConfig
+from hri_prediction.ontology.features import COUNT
+from hri_prediction.ontology.pair import Pair, choose_pair
+from hri_prediction.ontology.shipped import SHIPPED
+from hri_prediction.ontology.verdict import Verdict, verdict_on
+from hri_prediction.ontology.warm import warm_watch
+from hri_prediction.ontology.watch import AGENTS, DyadWatch, Segment
+from hri_prediction.ros.conversions import WORLD, flat, sample_from_message
+from hri_prediction.ros.messages import HumanArm, IdsList, InteractionCase, InteractionFeatures
+from hri_prediction.ros.node import OK, WARN, HriNode, run_node
+from hri_prediction.ros.parameters import declare_config
+from hri_prediction.ros.qos import LATCHED, SENSOR, reliable
+from hri_prediction.ros.time import NANO, to_time
+from hri_prediction.tracks.segmentation import SegmentationConfig
+
+_ARM_TOPIC = "humans/bodies/{}/arm"
+FEATURES_TOPIC, CASE_TOPIC = "interaction/features", "interaction/case"
+TELL_NS = NANO // 25
+"""Features, and what it looks like so far, are told so often."""
+SILENT_S = 0.5
+"""A body that is not seen for so long is named."""
+_BACK_NS = NANO // 5
+
+
+@dataclass(frozen=True)
+class InteractionMonitorConfig:
+    """What the node itself needs to know."""
+
+    classifier: str = parameter(
+        "", "Path of a classifier (.npz of train_ontology.py); empty: the one that ships"
+    )
+    pair: tuple[str, ...] = parameter(
+        (), "Ids of the two bodies that are watched; empty: the first two that are tracked"
+    )
+    side: str = parameter("right", "Which arm of both is watched", choices=("right", "left"))
+    period: float = parameter(0.008, "Period of looking", unit="s", low=0.004, high=0.04)
+    max_future: float = parameter(
+        0.05, "A stamp further ahead of the clock than this is refused", unit="s", low=0.0
+    )
+
+    def __post_init__(self) -> None:
+        validate(self)
+        if self.pair and (len(self.pair) != 2 or len(set(self.pair)) != 2):
+            raise ConfigError(f"pair = {list(self.pair)}", expected="two different ids, or none")
+
+
+class InteractionMonitorNode(HriNode):
+    """Watches two bodies and says what they do with each other."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__("interaction_monitor", period_s=0.0, **kwargs)
+        self._config = declare_config(self, InteractionMonitorConfig)
+        watch = declare_config(self, WatchConfig, prefix="watch")
+        segmentation = declare_config(self, SegmentationConfig, prefix="segmentation")
+        path = self._config.classifier or str(SHIPPED)
+        self._classifier = InteractionClassifier.load(path)
+        known = {case.number for case in cases()}
+        if not set(self._classifier.classes.tolist()) <= known:
+            raise ConfigError(
+                f"classifier {path} knows the classes {self._classifier.classes.tolist()}",
+                expected="cases from 1 to 20",
+            )
+        self._path = path
+        self._watch = DyadWatch(watch, segmentation)
+        self._pair = Pair(None, "no source has said who is tracked")
+        self._newest_ns = [0, 0]
+        self._unwatched: set[tuple[str, str]] = set()
+        self._counts: Counter[str] = Counter()
+        self._late_ms: deque[float] = deque(maxlen=500)
+        self._next_ns = 0
+        warm_watch()
+        verdict_on(self._classifier, np.ones(COUNT))
+        self._features = self.announce(InteractionFeatures, FEATURES_TOPIC, reliable(1))
+        # Deeper than what is told 25 times a second: two movements may be over in the same instant.
+        self._cases = self.announce(InteractionCase, CASE_TOPIC, reliable(10))
+        self.listen(IdsList, "humans/bodies/tracked", self._on_ids, LATCHED)
+        self.set_period(self._config.period)
+
+    # ------------------------------------------------------------------ inputs
+    def _on_ids(self, message: IdsList) -> None:
+        before = self._pair.bodies
+        self._pair = choose_pair(list(message.ids), self._config.pair, before)
+        if self._pair.besides:
+            self.fault("bodies", self._pair.besides)
+        if self._pair.bodies == before:
+            return
+        old, new = set(before or ()), set(self._pair.bodies or ())
+        for body in sorted(old - new):
+            self.ignore(_ARM_TOPIC.format(body))
+        self._restart()
+        for body in sorted(new - old):
+            self.listen(HumanArm, _ARM_TOPIC.format(body), self._on_arm, SENSOR)
+
+    def _restart(self) -> None:
+        self._watch.restart()
+        self._newest_ns = [0, 0]
+
+    def _on_arm(self, message: HumanArm) -> None:
+        bodies = self._pair.bodies
+        if bodies is None or message.body_id not in bodies:
+            self.fault("body", f"arm of {message.body_id!r} came on the topic of another body")
+            return
+        try:
+            sample = sample_from_message(message)
+            ahead = (sample.stamp_ns - self.now_ns()) / NANO
+            if ahead > self._config.max_future:
+                raise DataError(
+                    f"sample of {message.body_id} is stamped {ahead:.3f} s in the future",
+                    expected=f"at most {self._config.max_future} s",
+                    hint="synchronise the clocks, or check the unit of the stamps",
+                )
+        except DataError as error:
+            self.fault("arm", str(error))
+            return
+        if sample.side != self._config.side:
+            self._unwatched.add((message.body_id, sample.side))
+            return
+        agent = bodies.index(message.body_id)
+        back_ns = self._newest_ns[agent] - sample.stamp_ns
+        if back_ns > _BACK_NS:
+            self.fault("clock", f"stamps of {message.body_id} went back by {back_ns / NANO:.2f} s")
+            self._restart()
+        self._newest_ns[agent] = max(self._newest_ns[agent], sample.stamp_ns)
+        for segment in self._watch.push(agent, sample):
+            self._tell_segment(segment)
+
+    # ------------------------------------------------------------------ telling
+    def _said(self, agent: int, state: int, stamp_ns: int, reason: str = "") -> InteractionCase:
+        bodies = self._pair.bodies
+        return InteractionCase(
+            header=Header(stamp=to_time(stamp_ns)),
+            first=bodies[agent] if bodies else "",
+            second=bodies[1 - agent] if bodies else "",
+            state=state,
+            reason=reason,
+            newest_sample=to_time(max(self._newest_ns)),
+        )
+
+    def _tell_segment(self, segment: Segment) -> None:
+        if segment.features is None:
+            message = self._said(
+                segment.agent, InteractionCase.NONE, segment.end_ns, segment.reason
+            )
+            # Not the figures of this one: what it is counted as.
+            self._counts["refused: " + segment.reason.partition(":")[0].partition(" by ")[0]] += 1
+        else:
+            message = self._said(segment.agent, InteractionCase.COMPLETE, segment.end_ns)
+            _fill(message, verdict_on(self._classifier, segment.features), self._classifier)
+            self._counts["movements"] += 1
+            self._late_ms.append((self.now_ns() - max(self._newest_ns)) / 1e6)
+        message.onset, message.end = to_time(segment.onset_ns), to_time(segment.end_ns)
+        self._cases.publish(message)
+
+    def on_tick(self, now_ns: int) -> None:
+        """Tell features, and what the movement looks like so far, 25 times a second."""
+        if self._next_ns - now_ns > NANO:  # the clock went back
+            self._next_ns = now_ns
+        if now_ns < self._next_ns:
+            return
+        self._next_ns = max(self._next_ns + TELL_NS, now_ns + TELL_NS // 2)
+        reason = self._trouble(now_ns)
+        bodies, newest = self._pair.bodies, self._watch.now()
+        if reason or bodies is None or newest is None:
+            self._cases.publish(self._said(0, InteractionCase.NONE, now_ns, reason))
+            return
+        stamp_ns, features = newest
+        if np.isfinite(features).all():
+            self._features.publish(
+                InteractionFeatures(
+                    header=Header(stamp=to_time(stamp_ns), frame_id=WORLD),
+                    first=bodies[0],
+                    second=bodies[1],
+                    side=self._config.side,
+                    features=features,
+                )
+            )
+        moving = [agent for agent in AGENTS if self._watch.moving(agent)]
+        for agent in moving:
+            so_far = self._watch.running(agent)
+            if so_far is not None:
+                message = self._said(agent, InteractionCase.RUNNING, stamp_ns)
+                message.onset = to_time(self._watch.onset_ns(agent))
+                _fill(message, verdict_on(self._classifier, so_far), self._classifier)
+                self._cases.publish(message)
+        if not moving:
+            self._cases.publish(self._said(0, InteractionCase.NONE, stamp_ns, "both are at rest"))
+
+    def _trouble(self, now_ns: int) -> str:
+        """Why nothing can be said; empty when something can."""
+        bodies = self._pair.bodies
+        if bodies is None:
+            return self._pair.reason
+        for body, newest_ns in zip(bodies, self._newest_ns, strict=True):
+            other = {"right": "left", "left": "right"}[self._config.side]
+            if not newest_ns:
+                seen = f"; its {other} arm is" if (body, other) in self._unwatched else ""
+                return f"no {self._config.side} arm of {body} has been seen yet{seen}"
+            if now_ns - newest_ns > SILENT_S * NANO:
+                return f"{body} was last seen {(now_ns - newest_ns) / NANO:.1f} s ago"
+        return ""
+
+    def health(self) -> tuple[bytes, str, dict[str, Any]]:
+        """Whom it watches, and what came of movements."""
+        figures: dict[str, Any] = {"classifier": self._path, **self._counts}
+        if self._late_ms:
+            for share in (50, 99):
+                figures[f"latency_ms_p{share}"] = f"{np.percentile(self._late_ms, share):.1f}"
+        reason = self._trouble(self.now_ns())
+        if reason:
+            return WARN, reason, figures
+        assert self._pair.bodies is not None
+        return OK, "watching " + " and ".join(self._pair.bodies), figures
+
+
+def _fill(message: InteractionCase, verdict: Verdict, classifier: InteractionClassifier) -> None:
+    message.number, message.probability = verdict.number, verdict.probability
+    message.group, message.group_probability = verdict.group, verdict.group_probability
+    message.cases = classifier.classes.tolist()
+    message.probabilities = flat(verdict.probabilities)
+
+
+def main(args: list[str] | None = None) -> int:
+    """Entry point."""
+    return run_node(InteractionMonitorNode, args)

@@ -1,0 +1,113 @@
+"""Learnt costs of moving beside somebody, case by case, as a JSON file."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hri_prediction.errors import DataError
+from hri_prediction.files.values import read_json
+from hri_prediction.ontology.cases import find_case
+from hri_prediction.ontology.costs import COSTS, NUMBER
+
+FloatArray = NDArray[np.float64]
+
+FORMAT = "hri-interaction-costs-1"
+
+
+@dataclass(frozen=True, eq=False)
+class CaseCosts:
+    """What was learnt of a case.
+
+    Attributes:
+        weights: Of the costs, in their own units (26,).
+        scale: Of the costs: how much they differ among what might have been done (26,).
+        movements: So many were learnt from.
+    """
+
+    weights: FloatArray
+    scale: FloatArray
+    movements: int
+
+    @property
+    def scaled(self) -> FloatArray:
+        """How much each counts (26,)."""
+        return self.weights * self.scale
+
+
+@dataclass(frozen=True, eq=False)
+class LearntCosts:
+    """Costs of several cases.
+
+    Attributes:
+        cases: By name, as ``case_3``.
+        length: Distance over which nearness falls to 1/e [m].
+        about: What they were learnt from.
+    """
+
+    cases: Mapping[str, CaseCosts]
+    length: float
+    about: str = ""
+
+    def save(self, path: Path, **more: Any) -> None:
+        """Write them; ``more`` goes into the file and is not read again."""
+        content = {
+            "format": FORMAT,
+            "about": self.about,
+            "length_m": self.length,
+            "costs": list(COSTS),
+            "cases": {
+                name: {
+                    "weights": one.weights.tolist(),
+                    "scale": one.scale.tolist(),
+                    "movements": one.movements,
+                }
+                for name, one in self.cases.items()
+            },
+            **more,
+        }
+        new = path.with_suffix(".new")
+        new.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n")
+        new.replace(path)
+
+
+def load_costs(path: str | Path) -> LearntCosts:
+    """Read what :meth:`LearntCosts.save` wrote.
+
+    Raises:
+        DataError: when it is missing, damaged or something else.
+    """
+    content = read_json(path)
+    if not isinstance(content, dict) or content.get("format") != FORMAT:
+        raise DataError(f"{path} is no file of learnt costs", expected=f"format {FORMAT}")
+    try:
+        length = float(content["length_m"])
+        if not (math.isfinite(length) and length > 0.0):
+            raise DataError(f"length_m = {length}", expected="a positive length")
+        if content["costs"] != list(COSTS):
+            raise DataError("other costs than these", expected=", ".join(COSTS))
+        cases = {find_case(name).name: _case(one) for name, one in content["cases"].items()}
+        return LearntCosts(cases, length, str(content.get("about", "")))
+    except DataError as error:
+        raise DataError(f"{path}: {error.problem}", expected=error.expected) from error
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise DataError(
+            f"{path} is incomplete: {error!r:.200}", expected=f"a whole {FORMAT}"
+        ) from error
+
+
+def _case(content: Any) -> CaseCosts:
+    weights, scale = (np.array(content[name], dtype=float) for name in ("weights", "scale"))
+    for array in (weights, scale):
+        if array.shape != (NUMBER,) or not np.isfinite(array).all() or (array < 0.0).any():
+            raise DataError(
+                f"weights or scale {array.shape}", expected=f"({NUMBER},), none negative"
+            )
+    return CaseCosts(weights, scale, int(content["movements"]))

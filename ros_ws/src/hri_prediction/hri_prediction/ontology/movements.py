@@ -1,0 +1,123 @@
+"""Movements of two people beside each other, as joints of the one and keypoints of the other."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hri_prediction.ontology.config import WatchConfig
+from hri_prediction.ontology.costs import LENGTH_M, path_costs
+from hri_prediction.ontology.piirl import Learnt, learn
+from hri_prediction.ontology.sampling import draw_around
+from hri_prediction.ontology.upper_body import UpperBody, body_of, joints_of
+from hri_prediction.ontology.watch import segments_of
+from hri_prediction.tracks.track import ArmTrack
+
+FloatArray = NDArray[np.float64]
+
+SAMPLES = 60
+"""Drawn around each movement."""
+SPREAD = np.array((0.01,) * 3 + (0.03,) * 11)
+"""Standard deviations of what is drawn, where they are largest: of the first three joints [m], of the
+others [rad]. Near enough that what is drawn competes with what people did."""
+
+
+@dataclass(frozen=True, eq=False)
+class Movement:
+    """A movement of one of two people.
+
+    Attributes:
+        body: Whose.
+        joints: Over time (n, 14).
+        partner: Keypoints of the other one's arm at the same times (n, 4, 3) [m].
+        step_s: Between two of these times [s].
+    """
+
+    body: UpperBody
+    joints: FloatArray
+    partner: FloatArray
+    step_s: float
+
+
+def heading_of(keypoints: FloatArray) -> float:
+    """Where somebody looks [rad]: to where the hand is on the average, seen from the shoulder."""
+    way = np.nanmean(keypoints[:, 3] - keypoints[:, 0], axis=0)
+    return math.atan2(float(way[1]), float(way[0]))
+
+
+def movements_of(
+    tracks: tuple[ArmTrack, ArmTrack], config: WatchConfig | None = None
+) -> list[Movement]:
+    """The movements of both in a recording, of which all of both arms is seen.
+
+    Args:
+        tracks: Of both, on the same clock and in the same frame.
+        config: Of the segments; instants are as far apart as it says.
+    """
+    settings = config or WatchConfig()
+    bodies = [body_of(t.keypoints, heading_of(t.keypoints), t.side) for t in tracks]
+    found = []
+    for segment in segments_of(tracks, settings):
+        if segment.features is None:
+            continue
+        begin, end = segment.onset_ns * 1e-9, segment.end_ns * 1e-9
+        times = np.arange(begin, end, settings.step)
+        own, other = (
+            _at(tracks[agent], times, settings.max_gap)
+            for agent in (segment.agent, 1 - segment.agent)
+        )
+        if len(times) > 4 and np.isfinite(own).all() and np.isfinite(other).all():
+            body = bodies[segment.agent]
+            found.append(Movement(body, joints_of(body, own), other, settings.step))
+    return found
+
+
+def _at(track: ArmTrack, times: FloatArray, max_gap_s: float) -> FloatArray:
+    """Keypoints (n, 4, 3) at some times, by straight lines; NaN in gaps that are longer."""
+    flat = track.filled(max_gap_s).keypoints.reshape(len(track), 12)
+    columns = [np.interp(times, track.time_s, column, np.nan, np.nan) for column in flat.T]
+    return np.stack(columns, axis=1).reshape(-1, 4, 3)
+
+
+def observed_range(movements: Sequence[Movement]) -> tuple[FloatArray, FloatArray]:
+    """Least and greatest value of each joint in some movements (14,) and (14,)."""
+    low = np.min([movement.joints.min(axis=0) for movement in movements], axis=0)
+    high = np.max([movement.joints.max(axis=0) for movement in movements], axis=0)
+    return low, high
+
+
+def learn_costs(
+    movements: Sequence[Movement],
+    rng: np.random.Generator,
+    *,
+    samples: int = SAMPLES,
+    spread: FloatArray = SPREAD,
+    length: float = LENGTH_M,
+    penalty: float = 1.0,
+) -> Learnt:
+    """Weights of the costs by which people moved as they did.
+
+    Args:
+        movements: What they did.
+        rng: Draws what they might have done instead.
+        samples: So many of these around each movement.
+        spread: How far these are, standard deviations (14,).
+        length: Distance over which nearness falls to 1/e [m].
+        penalty: λ of the weights.
+
+    Raises:
+        DataError: when there are no movements.
+    """
+    limits = observed_range(movements) if movements else None
+    demonstrations, drawn = [], []
+    for movement in movements:
+        others = draw_around(movement.joints, samples, spread, rng, limits)
+        paths = np.concatenate((movement.joints[None], others))
+        features = path_costs(movement.body, paths, movement.partner, movement.step_s, length)
+        demonstrations.append(features[0])
+        drawn.append(features[1:])
+    return learn(demonstrations, drawn, penalty)

@@ -1,0 +1,126 @@
+"""Which costs explain how people move beside each other: path-integral inverse reinforcement learning.
+
+After Kalakrishnan, Pastor, Righetti and Schaal (2013), Learning objective functions for manipulation. The
+cost of a movement is w·Φ, with Φ the features of :mod:`.costs`. Around each demonstration d others are
+drawn that are as smooth (:mod:`.sampling`), and the weights are those that make the demonstrations likelier
+than these:
+
+    w* = argmin  − Σ_d log [ e^{−w·Φ_d} / (e^{−w·Φ_d} + Σ_s e^{−w·Φ_{d,s}}) ] + λ |w|₁,   w ≥ 0.
+
+(The thesis prints the sum over the samples alone, without which the objective has no bound.) The scale of
+the weights says how much better demonstrations are than what was drawn around them, which is a matter of
+how far it was drawn: directions are what is to be compared.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+from scipy.special import logsumexp
+
+from hri_prediction.errors import DataError
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Learnt:
+    """Weights that were learnt.
+
+    Attributes:
+        weights: Of the features, in their own units (m,).
+        scale: Of the features: standard deviations between samples and their demonstrations (m,); the
+            weights times these were penalised.
+        objective: What was minimised, at its least.
+        penalty: λ.
+    """
+
+    weights: FloatArray
+    scale: FloatArray
+    objective: float
+    penalty: float
+
+    @property
+    def scaled(self) -> FloatArray:
+        """Weights of the scaled features (m,): how much each counts among what was drawn."""
+        return self.weights * self.scale
+
+
+def negative_log_likelihood(
+    weights: FloatArray, differences: Sequence[FloatArray]
+) -> tuple[float, FloatArray]:
+    """The objective without penalty, and its gradient.
+
+    Args:
+        weights: (m,).
+        differences: Features of the samples of each demonstration less its own, each (s, m).
+
+    Returns:
+        The value and the gradient (m,).
+    """
+    value, gradient = 0.0, np.zeros_like(weights)
+    for own in differences:
+        # The demonstration itself is a difference of zero.
+        exponents = np.concatenate(([0.0], -own @ weights))
+        total = logsumexp(exponents)
+        value += float(total)
+        gradient -= np.exp(exponents[1:] - total) @ own
+    return value, gradient
+
+
+def learn(
+    demonstrations: Sequence[FloatArray], samples: Sequence[FloatArray], penalty: float = 1.0
+) -> Learnt:
+    """Weights that make demonstrations likelier than what was drawn around them.
+
+    Args:
+        demonstrations: Features of each (m,).
+        samples: Features of what was drawn around each (s, m).
+        penalty: λ, of the weights of scaled features; features that tell nothing get none.
+
+    Raises:
+        DataError: when shapes do not fit, there is nothing, or something is not finite.
+    """
+    if not demonstrations or len(demonstrations) != len(samples):
+        raise DataError(
+            f"{len(demonstrations)} demonstrations and {len(samples)} sets of samples",
+            expected="as many of both, one at least",
+        )
+    count = len(demonstrations[0])
+    differences = []
+    for number, (own, drawn) in enumerate(zip(demonstrations, samples, strict=True)):
+        if own.shape != (count,) or drawn.ndim != 2 or drawn.shape[1] != count or not len(drawn):
+            raise DataError(
+                f"features of demonstration {number} are {own.shape}, of its samples {drawn.shape}",
+                expected=f"({count},) and (s, {count})",
+            )
+        differences.append(drawn - own)
+    if not all(np.isfinite(part).all() for part in differences):
+        raise DataError("features that are not finite", expected="finite features")
+    spread = np.sqrt(np.mean(np.concatenate(differences) ** 2, axis=0))
+    scale = np.where(spread > 0.0, spread, 1.0)
+    scaled = [part / scale for part in differences]
+
+    def objective(weights: FloatArray) -> tuple[float, FloatArray]:
+        value, gradient = negative_log_likelihood(weights, scaled)
+        return value + penalty * float(weights.sum()), gradient + penalty
+
+    found = minimize(
+        objective,
+        np.full(count, 0.1),
+        jac=True,
+        method="L-BFGS-B",
+        bounds=[(0.0, None)] * count,
+        options={"maxiter": 2000, "maxfun": 4000, "ftol": 1e-13, "gtol": 1e-8},
+    )
+    return Learnt(found.x / scale, scale, float(found.fun), penalty)
+
+
+def cosine(one: FloatArray, other: FloatArray) -> float:
+    """Cosine of the angle between two sets of weights; 0 where one of them is nothing."""
+    lengths = float(np.linalg.norm(one) * np.linalg.norm(other))
+    return float(one @ other) / lengths if lengths > 0.0 else 0.0

@@ -1,0 +1,202 @@
+"""Recordings of two people with what they did: a file that lists bags, cases and people.
+
+sessions:
+  - {bag: bags/s1_case_7, case: 7, subject: s1, position: frontal}
+  - {bag: bags/s2_case_7, case: 7, subject: s2, bodies: [anna, ben], side: left}
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from hri_prediction.arm.geometry import SIDES
+from hri_prediction.bags.arms import arm_samples
+from hri_prediction.bags.reader import BagReader
+from hri_prediction.errors import DataError, HriError, shown
+from hri_prediction.files.values import read_yaml
+from hri_prediction.ontology.cases import find_case
+from hri_prediction.ontology.config import WatchConfig
+from hri_prediction.ontology.table import SegmentTable, table_of
+from hri_prediction.ontology.watch import DyadWatch, Segment
+from hri_prediction.tracks.track import ArmSample, ArmTrack
+
+SESSIONS = "sessions.yaml"
+_EXPECTED = "sessions: [{bag: FOLDER, case: 1 to 20, subject: NAME, position: NAME, …}, …]"
+_OPTIONAL = {"position": "", "bodies": (), "side": "right"}
+
+
+@dataclass(frozen=True)
+class RecordedSession:
+    """A recording of two people who did one thing.
+
+    Attributes:
+        bag: Its folder or file.
+        case: Number of the case.
+        subject: Who of the two it is that changes from dyad to dyad.
+        position: How they were placed; may be empty.
+        bodies: Ids of the two in the bag; empty: there are no others.
+        side: Which arm of both.
+    """
+
+    bag: Path
+    case: int
+    subject: str
+    position: str = ""
+    bodies: tuple[str, ...] = ()
+    side: str = "right"
+
+
+def read_sessions(path: str | Path) -> list[RecordedSession]:
+    """The sessions that a file lists; bags are sought from its folder on.
+
+    Args:
+        path: The file, or a folder that holds ``sessions.yaml``.
+
+    Raises:
+        ConfigError: when it cannot be read.
+        DataError: naming the entry that is wrong, and how.
+    """
+    file = Path(path) / SESSIONS if Path(path).is_dir() else Path(path)
+    content = read_yaml(file, expected=_EXPECTED)
+    entries = content.get("sessions") if isinstance(content, dict) else None
+    if not isinstance(entries, list) or not entries:
+        raise DataError(f"{file} lists no sessions", expected=_EXPECTED)
+    found = []
+    for number, entry in enumerate(entries, start=1):
+        try:
+            found.append(_session(entry, file.parent))
+        except HriError as error:
+            raise DataError(
+                f"{file}: session {number}: {error.problem}", expected=error.expected
+            ) from error
+    return found
+
+
+def _session(entry: Any, folder: Path) -> RecordedSession:
+    if not isinstance(entry, dict):
+        raise DataError(shown(entry), expected="bag, case and subject by name")
+    unknown = sorted(str(key) for key in entry.keys() - {"bag", "case", "subject", *_OPTIONAL})
+    missing = [key for key in ("bag", "case", "subject") if key not in entry]
+    if unknown or missing:
+        what = f"no {missing[0]}" if missing else f"unknown {unknown[0]!r}"
+        known = ", ".join(("bag", "case", "subject", *_OPTIONAL))
+        raise DataError(what, expected=known)
+    values = {**_OPTIONAL, **entry}
+    bodies, side = values["bodies"], values["side"]
+    if not (
+        isinstance(bodies, (list, tuple))
+        and len(bodies) in (0, 2)
+        and len(set(bodies)) == len(bodies)
+    ):
+        raise DataError(f"bodies {shown(bodies)}", expected="two different ids")
+    if side not in SIDES:
+        raise DataError(f"side {shown(side)}", expected="left or right")
+    return RecordedSession(
+        folder / str(values["bag"]),
+        find_case(values["case"]).number,
+        str(values["subject"]),
+        str(values["position"]),
+        tuple(map(str, bodies)),
+        side,
+    )
+
+
+def write_sessions(path: Path, sessions: Sequence[Mapping[str, Any]]) -> None:
+    """Write such a file."""
+    path.write_text(yaml.safe_dump({"sessions": [dict(one) for one in sessions]}, sort_keys=False))
+
+
+def segments_of_bag(
+    bag: str | Path,
+    bodies: Sequence[str] = (),
+    side: str = "right",
+    config: WatchConfig | None = None,
+) -> tuple[tuple[str, str], list[Segment]]:
+    """The segments of two people in a bag, as the interaction monitor finds them live.
+
+    Args:
+        bag: Folder or .mcap file.
+        bodies: Ids of the two; empty: there must be no others.
+        side: Which arm of both.
+        config: Of the features.
+
+    Returns:
+        Ids of the two, and the segments.
+
+    Raises:
+        DataError: when the bag cannot be read, or does not hold these two.
+    """
+    pair, samples = _two_arms(bag, bodies, side)
+    watch = DyadWatch(config)
+    found: list[Segment] = []
+    for agent, sample in _by_stamp(samples):
+        found += watch.push(agent, sample)
+    return pair, found + watch.finish()
+
+
+def tracks_of_bag(
+    bag: str | Path, bodies: Sequence[str] = (), side: str = "right"
+) -> tuple[ArmTrack, ArmTrack]:
+    """The arms of two people in a bag as tracks on one clock; arguments as :func:`segments_of_bag`."""
+    pair, samples = _two_arms(bag, bodies, side)
+    first_ns = min(own[0].stamp_ns for own in samples)
+    tracks = []
+    for name, own in zip(pair, samples, strict=True):
+        stamps, rows = np.unique([sample.stamp_ns for sample in own], return_index=True)
+        tracks.append(
+            ArmTrack(
+                (stamps - first_ns) * 1e-9,
+                np.array([own[row].keypoints for row in rows]),
+                side=side,
+                subject=name,
+                source=str(bag),
+            )
+        )
+    return tracks[0], tracks[1]
+
+
+def _two_arms(
+    bag: str | Path, bodies: Sequence[str], side: str
+) -> tuple[tuple[str, str], list[list[ArmSample]]]:
+    """Ids of two people in a bag, and the samples of their arms."""
+    arms = arm_samples(BagReader(bag))
+    there = sorted({body for body, own in arms if own == side})
+    names = tuple(bodies) or tuple(there)
+    if len(names) != 2 or not set(names) <= set(there):
+        raise DataError(
+            f"{bag} holds the {side} arms of {', '.join(there) or 'nobody'}",
+            expected=" and ".join(bodies) if bodies else "those of two people",
+            hint="" if len(there) < 2 or bodies else "name two of them: bodies: [ONE, OTHER]",
+        )
+    return (names[0], names[1]), [arms[name, side] for name in names]
+
+
+def _by_stamp(samples: Sequence[Sequence[ArmSample]]) -> list[tuple[int, ArmSample]]:
+    items = [(agent, sample) for agent, own in enumerate(samples) for sample in own]
+    order = np.argsort([sample.stamp_ns for _, sample in items], kind="stable")
+    return [items[index] for index in order]
+
+
+def table_of_recording(session: RecordedSession, number: int) -> SegmentTable:
+    """The segments of a session.
+
+    Args:
+        session: Which.
+        number: What it is called in the table.
+    """
+    _, segments = segments_of_bag(session.bag, session.bodies, session.side)
+    rows = [segment.features for segment in segments if segment.features is not None]
+    count = len(rows)
+    return table_of(
+        rows,
+        [session.case] * count,
+        [session.subject] * count,
+        [session.position] * count,
+        [number] * count,
+    )

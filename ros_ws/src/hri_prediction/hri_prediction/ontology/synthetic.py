@@ -1,0 +1,152 @@
+"""Movements that are optimal for known weights: what learning must find again.
+
+A movement is bent, its ends held, until w·Φ is least (L-BFGS). Bends are reckoned in those of least jerk,
+so that a step changes all of a movement smoothly.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from hri_prediction.compiled import njit
+from hri_prediction.errors import DataError
+from hri_prediction.ontology.costs import COUNT, LENGTH_M, NUMBER
+from hri_prediction.ontology.features import fill_features
+from hri_prediction.ontology.movements import Movement
+from hri_prediction.ontology.sampling import bends, third_differences
+from hri_prediction.ontology.upper_body import points_of
+
+FloatArray = NDArray[np.float64]
+
+_STEP = 1e-6
+
+
+@njit
+def _nearness(
+    q: FloatArray,
+    partner: FloatArray,
+    base: FloatArray,
+    heading: float,
+    limbs: FloatArray,
+    side: float,
+    length: float,
+    weights: FloatArray,
+    frame: FloatArray,
+    points: FloatArray,
+    distances: FloatArray,
+) -> float:
+    points_of(q, base, heading, limbs, side, frame, points)
+    fill_features(points, partner, distances)
+    total = 0.0
+    for k in range(25):
+        total += weights[k] * math.exp(-distances[k] / length)
+    return total
+
+
+@njit
+def _nearness_gradient(
+    path: FloatArray,
+    partner: FloatArray,
+    base: FloatArray,
+    heading: float,
+    limbs: FloatArray,
+    side: float,
+    length: float,
+    weights: FloatArray,
+    out: FloatArray,
+) -> float:
+    """Weighted nearness of a movement (n, 14), summed over its points, and what each joint does to it."""
+    frame, points, distances = np.empty((3, 3)), np.empty((4, 3)), np.empty(25)
+    total = 0.0
+    for row in range(path.shape[0]):
+        q = path[row].copy()
+        here = _nearness(
+            q, partner[row], base, heading, limbs, side, length, weights, frame, points, distances
+        )
+        total += here
+        for joint in range(q.shape[0]):
+            kept = q[joint]
+            q[joint] = kept + _STEP
+            there = _nearness(
+                q,
+                partner[row],
+                base,
+                heading,
+                limbs,
+                side,
+                length,
+                weights,
+                frame,
+                points,
+                distances,
+            )
+            q[joint] = kept
+            out[row, joint] = (there - here) / _STEP
+    return total
+
+
+def total_cost(
+    movement: Movement, path: FloatArray, weights: FloatArray, length: float = LENGTH_M
+) -> tuple[float, FloatArray]:
+    """The cost w·Φ of a path beside a movement's partner, and its gradient (n, 14)."""
+    body = movement.body
+    gradient = np.empty_like(path)
+    nearness = _nearness_gradient(
+        path, movement.partner, body.base, body.heading, body.limbs, body.side, length, weights[:COUNT],
+        gradient,
+    )  # fmt: skip
+    rough = third_differences(path)
+    # Ends are repeated beyond themselves, so that what is beyond counts for the ends.
+    back = -np.diff(rough, 3, axis=0)
+    value = movement.step_s * nearness + weights[COUNT] * float((rough**2).sum())
+    return value, movement.step_s * gradient + 2.0 * weights[COUNT] * _inner(back, len(path))
+
+
+def _inner(back: FloatArray, count: int) -> FloatArray:
+    """Of a gradient of all points that of the inner ones; ends are held, so theirs is nothing."""
+    found = np.zeros((count, back.shape[1]))
+    found[1:-1] = back[1:-1]
+    return found
+
+
+def optimal_movement(movement: Movement, weights: FloatArray, length: float = LENGTH_M) -> Movement:
+    """The movement bent until it costs least, its ends held.
+
+    Args:
+        movement: Where to begin.
+        weights: Of the costs (26,), none negative, that of smoothness positive.
+        length: Distance over which nearness falls to 1/e [m].
+
+    Raises:
+        DataError: when weights are others than these.
+    """
+    if weights.shape != (NUMBER,) or (weights < 0.0).any() or not weights[COUNT] > 0.0:
+        raise DataError(
+            f"weights {weights.tolist()}",
+            expected=f"({NUMBER},), none negative, the last one positive",
+        )
+    basis = bends(len(movement.joints) - 2)
+    shape = (len(basis), movement.joints.shape[1])
+
+    def bent(z: FloatArray) -> FloatArray:
+        path = movement.joints.copy()
+        path[1:-1] += basis @ z.reshape(shape)
+        return path
+
+    def objective(z: FloatArray) -> tuple[float, FloatArray]:
+        value, gradient = total_cost(movement, bent(z), weights, length)
+        return value, (basis.T @ gradient[1:-1]).ravel()
+
+    found = minimize(
+        objective,
+        np.zeros(shape[0] * shape[1]),
+        jac=True,
+        method="L-BFGS-B",
+        options={"maxiter": 500, "ftol": 1e-11, "gtol": 1e-9},
+    )
+    return replace(movement, joints=bent(found.x))

@@ -1,0 +1,272 @@
+"""Two arms watched: movement segments, each with its mean features, as samples come; also used offline.
+
+Both arms are smoothed at the same instants, whole multiples of a step (:mod:`.smoothing`), and the features
+of these taken (:mod:`.features`). Segments are cut on the wrist of each of the two in turn, by the same
+code that the predictor cuts reaches with; the one whose wrist it is counts as agent 1 then.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hri_prediction.ontology.config import WatchConfig
+from hri_prediction.ontology.features import COUNT, EXCHANGED, fill_features
+from hri_prediction.ontology.smoothing import SmoothedArm
+from hri_prediction.tracks.segmentation import ROUNDING_S, ReachSegmenter, SegmentationConfig
+from hri_prediction.tracks.track import ArmSample, ArmTrack
+
+FloatArray = NDArray[np.float64]
+
+AGENTS = (0, 1)
+_WRIST = 2
+_NANO = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Segment:
+    """A movement of one of the two.
+
+    Attributes:
+        agent: Whose wrist moved, 0 or 1.
+        onset_ns: When it began, on the clock of the samples [ns].
+        end_ns: When it was over [ns].
+        features: Their means (25,) [m], this agent as agent 1; none where there is a reason.
+        reason: Why there are none; empty where there are.
+    """
+
+    agent: int
+    onset_ns: int
+    end_ns: int
+    features: FloatArray | None
+    reason: str = ""
+
+
+@dataclass
+class _Agent:
+    """What is known of one of the two."""
+
+    segmenter: ReachSegmenter
+    arm: SmoothedArm
+    onset_s: float | None = None
+    wrist: tuple[float, FloatArray] | None = None
+    waiting: list[tuple[float, float]] = field(default_factory=list)
+
+
+class DyadWatch:
+    """Follows two arms.
+
+    Args:
+        config: Of the features.
+        segmentation: Thresholds of the segments; by default those of the predictor.
+    """
+
+    def __init__(
+        self, config: WatchConfig | None = None, segmentation: SegmentationConfig | None = None
+    ) -> None:
+        self.config = config or WatchConfig()
+        self.segmentation = segmentation or SegmentationConfig()
+        self._rows = math.ceil(self.config.longest / self.config.step) + 1
+        self._features = np.empty((self._rows, COUNT))
+        self._first = np.empty((4, 3))
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget everything."""
+        self._features.fill(np.nan)
+        self._origin_ns: int | None = None
+        self._next = 0
+        self._agents = tuple(
+            _Agent(
+                ReachSegmenter(self.segmentation),
+                SmoothedArm(self.config.smoothing, self.config.max_gap),
+            )
+            for _ in AGENTS
+        )
+
+    # ------------------------------------------------------------------ taking
+    def push(self, agent: int, sample: ArmSample) -> list[Segment]:
+        """Take a sample of one of the two.
+
+        Args:
+            agent: 0 or 1.
+            sample: Later than the one before of the same agent; others are left out.
+
+        Returns:
+            The segments that are complete with it, in most cases none.
+        """
+        if self._origin_ns is None:
+            # A whole number of steps, so that instants are the same whenever watching began.
+            step_ns = round(self.config.step / _NANO)
+            self._origin_ns = sample.stamp_ns // step_ns * step_ns
+        own = self._agents[agent]
+        time_s = (sample.stamp_ns - self._origin_ns) * _NANO
+        if time_s <= own.arm.newest_s or time_s < 0.0:
+            return []
+        found = []
+        if sample.valid[_WRIST]:
+            found = self._wrist(agent, time_s, sample.keypoints[_WRIST])
+        own.arm.push(time_s, sample.keypoints)
+        return found + self._advance()
+
+    def _wrist(self, agent: int, time_s: float, wrist: FloatArray) -> list[Segment]:
+        own = self._agents[agent]
+        before, own.wrist = own.wrist, (time_s, wrist)
+        if before is not None:
+            way = float(np.linalg.norm(wrist - before[1]))
+            if way > self.config.plausible_speed * max(time_s - before[0], 0.004):
+                onset_s, own.onset_s = own.onset_s, None
+                own.segmenter.reset()
+                own.segmenter.push(time_s, wrist)
+                if onset_s is None:
+                    return []
+                return [self._none(agent, onset_s, before[0], f"the wrist jumped by {way:.2f} m")]
+        event = own.segmenter.push(time_s, wrist)
+        if event is None:
+            return []
+        found = []
+        if own.onset_s is not None:
+            if event.kind == "lost":
+                found = [self._none(agent, own.onset_s, event.time_s, "the arm was lost sight of")]
+            else:
+                found = self._over(agent, own.onset_s, event.time_s)
+        own.onset_s = event.time_s if event.kind == "onset" else None
+        return found
+
+    def _over(self, agent: int, onset_s: float, end_s: float) -> list[Segment]:
+        """A segment has ended; its features come when the arms are known until then."""
+        seconds = end_s - onset_s
+        if seconds < self.segmentation.min_duration:
+            return [self._none(agent, onset_s, end_s, f"too short: {seconds:.2f} s")]
+        if seconds > self.config.longest:
+            return [self._none(agent, onset_s, end_s, f"too long: {seconds:.1f} s")]
+        self._agents[agent].waiting.append((onset_s, end_s))
+        return []
+
+    # ------------------------------------------------------------------ features
+    def _advance(self) -> list[Segment]:
+        """Take the features of all instants that are known of both, or not to be known any more."""
+        config = self.config
+        newest = [own.arm.newest_s for own in self._agents]
+        known_s = min(newest) - config.smoothing
+        # Who is not seen for longer than gaps are filled is not waited for.
+        given_up_s = max(newest) - 2.0 * config.max_gap - config.smoothing
+        until = math.floor((max(known_s, given_up_s) + ROUNDING_S) / config.step)
+        if until - self._next >= self._rows:
+            self._features.fill(np.nan)
+            self._next = until - self._rows + 1
+        for index in range(self._next, until + 1):
+            row = self._features[index % self._rows]
+            self._first[:] = self._agents[0].arm.at(index * config.step)
+            fill_features(self._first, self._agents[1].arm.at(index * config.step), row)
+        self._next = max(self._next, until + 1)
+        return self._complete()
+
+    def _complete(self, *, at_once: bool = False) -> list[Segment]:
+        found = []
+        for agent, own in enumerate(self._agents):
+            while own.waiting and (at_once or self._index(own.waiting[0][1]) < self._next):
+                found.append(self._segment(agent, *own.waiting.pop(0)))
+        return found
+
+    def _index(self, time_s: float) -> int:
+        """The last instant that is not later."""
+        return math.floor((time_s + ROUNDING_S) / self.config.step)
+
+    def _rows_of(self, agent: int, onset_s: float, last: int) -> FloatArray:
+        first = max(
+            math.ceil((onset_s - ROUNDING_S) / self.config.step), self._next - self._rows, 0
+        )
+        rows = self._features[np.arange(first, last + 1) % self._rows]
+        return rows[:, EXCHANGED] if agent else rows
+
+    def _segment(self, agent: int, onset_s: float, end_s: float) -> Segment:
+        last = self._index(end_s)
+        rows = self._rows_of(agent, onset_s, min(last, self._next - 1))
+        seen = rows[np.isfinite(rows).all(axis=1)]
+        count = max(round((end_s - onset_s) / self.config.step), 1)
+        if len(seen) < max(self.config.least_seen * count, 1):
+            share = 100.0 * len(seen) / count
+            return self._none(agent, onset_s, end_s, f"both arms were seen for {share:.0f} % of it")
+        return Segment(agent, self._ns(onset_s), self._ns(end_s), seen.mean(axis=0))
+
+    def _none(self, agent: int, onset_s: float, end_s: float, reason: str) -> Segment:
+        return Segment(agent, self._ns(onset_s), self._ns(end_s), None, reason)
+
+    def _ns(self, time_s: float) -> int:
+        assert self._origin_ns is not None
+        return self._origin_ns + round(time_s / _NANO)
+
+    # ------------------------------------------------------------------ asking
+    def moving(self, agent: int) -> bool:
+        """Whether an agent's segment is under way."""
+        return self._agents[agent].onset_s is not None
+
+    def onset_ns(self, agent: int) -> int:
+        """When the segment that is under way began [ns]; 0 without one."""
+        onset_s = self._agents[agent].onset_s
+        return 0 if onset_s is None else self._ns(onset_s)
+
+    def running(self, agent: int) -> FloatArray | None:
+        """Mean features of the segment that is under way so far (25,) [m]; none without one."""
+        onset_s = self._agents[agent].onset_s
+        if onset_s is None:
+            return None
+        rows = self._rows_of(agent, onset_s, self._next - 1)
+        seen = rows[np.isfinite(rows).all(axis=1)]
+        return seen.mean(axis=0) if len(seen) else None
+
+    def now(self) -> tuple[int, FloatArray] | None:
+        """The newest features (25,) [m], agent 0 as agent 1, and their time [ns]; none before the first."""
+        if self._origin_ns is None or not self._next:
+            return None
+        index = self._next - 1
+        return self._ns(index * self.config.step), self._features[index % self._rows].copy()
+
+    def finish(self) -> list[Segment]:
+        """What is still to come when no more samples do: a recording may stop the moment a hand does."""
+        found = []
+        for agent, own in enumerate(self._agents):
+            if own.onset_s is not None and own.segmenter.speed < self.segmentation.onset_speed:
+                end_s = own.arm.newest_s - 0.5 * own.segmenter.window_s
+                found += self._over(agent, own.onset_s, end_s)
+                own.onset_s = None
+        return found + self._complete(at_once=True)
+
+
+def merged(tracks: tuple[ArmTrack, ArmTrack]) -> Iterator[tuple[int, ArmSample]]:
+    """The samples of two tracks on the same clock, in the order of time: whose, and what."""
+    stamps = np.concatenate([np.rint(track.time_s / _NANO) for track in tracks]).astype(np.int64)
+    owner = np.repeat(AGENTS, [len(track) for track in tracks])
+    row = np.concatenate([np.arange(len(track)) for track in tracks])
+    valid = [track.valid for track in tracks]
+    for index in np.argsort(stamps, kind="stable"):
+        agent, at = int(owner[index]), int(row[index])
+        track = tracks[agent]
+        yield (
+            agent,
+            ArmSample(int(stamps[index]), track.keypoints[at], valid[agent][at], track.side),
+        )
+
+
+def segments_of(
+    tracks: tuple[ArmTrack, ArmTrack],
+    config: WatchConfig | None = None,
+    segmentation: SegmentationConfig | None = None,
+) -> list[Segment]:
+    """All segments of a recording of two arms, as they are found live.
+
+    Args:
+        tracks: Of both, on the same clock and in the same frame.
+        config: Of the features.
+        segmentation: Thresholds of the segments.
+    """
+    watch = DyadWatch(config, segmentation)
+    found: list[Segment] = []
+    for agent, sample in merged(tracks):
+        found += watch.push(agent, sample)
+    return found + watch.finish()

@@ -1,0 +1,111 @@
+"""The segments that classifiers are trained and judged on: of simulated dyads, or of recordings."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from dataclasses import asdict
+from functools import partial
+from pathlib import Path
+from typing import TypeVar
+
+from hri_prediction.compiled import processor
+from hri_prediction.errors import DataError, HriError
+from hri_prediction.ontology.recordings import RecordedSession, read_sessions, table_of_recording
+from hri_prediction.ontology.table import SegmentTable, joined
+from hri_prediction.results.dependencies import dependency_hash
+from hri_sim.benchmark.workers import do_all, versions
+from hri_sim.ontology.sessions import DyadStudy, Session, sessions_of, table_of_session
+
+SIMULATED = "simulated"
+WORK = "hri_sim.ontology.sessions"
+"""The module that simulated segments come from: what it depends on decides about them."""
+Progress = Callable[[int, int], None]
+Item = TypeVar("Item")
+
+
+def _simulated(study: DyadStudy, session: Session) -> tuple[int, SegmentTable]:
+    return session.number, table_of_session(session, study)
+
+
+def _recorded(numbered: tuple[int, RecordedSession]) -> tuple[int, SegmentTable]:
+    number, session = numbered
+    return number, table_of_recording(session, number)
+
+
+def _gathered(
+    work: Callable[[Item], tuple[int, SegmentTable]],
+    items: Sequence[Item],
+    workers: int,
+    progress: Progress,
+) -> SegmentTable:
+    found: dict[int, SegmentTable] = {}
+    with closing(do_all(work, items, workers=workers)) as results:
+        for number, table in results:
+            found[number] = table
+            progress(len(found), len(items))
+    return joined([found[number] for number in sorted(found)])
+
+
+def simulated_table(
+    sessions: Sequence[Session], study: DyadStudy, keep: Path, workers: int, progress: Progress
+) -> SegmentTable:
+    """The segments of simulated sessions; once made they are kept.
+
+    Args:
+        sessions: Which.
+        study: What they have in common.
+        keep: Folder of what is made.
+        workers: Processes.
+        progress: Told how many sessions are done, of how many.
+    """
+    about = [json.dumps(asdict(study)), *(repr(session) for session in sessions)]
+    parts = (about, dependency_hash(WORK), processor(), sorted(versions().items()))
+    file = keep / f"segments_{hashlib.sha256(repr(parts).encode()).hexdigest()[:16]}.npz"
+    try:
+        return SegmentTable.load(file)
+    except DataError:
+        table = _gathered(partial(_simulated, study), sessions, workers, progress)
+    keep.mkdir(parents=True, exist_ok=True)
+    new = file.with_suffix(".new.npz")
+    table.save(new)
+    new.replace(file)
+    return table
+
+
+def table_of_data(
+    data: str, study: DyadStudy, seed: int, keep: Path, workers: int, progress: Progress
+) -> SegmentTable:
+    """The segments that ``--data`` names.
+
+    Args:
+        data: ``simulated``, a table of segments (.npz), or a list of sessions (.yaml, or its folder).
+        study: Of simulated dyads.
+        seed: Of simulated dyads.
+        keep: Folder of what is made.
+        workers: Processes.
+        progress: Told how many sessions are done, of how many.
+
+    Raises:
+        DataError: when it is none of these, or holds no segments.
+    """
+    if data == SIMULATED:
+        return simulated_table(sessions_of(study, seed), study, keep, workers, progress)
+    path = Path(data)
+    try:
+        if path.suffix == ".npz":
+            table = SegmentTable.load(path)
+        else:
+            table = _gathered(_recorded, list(enumerate(read_sessions(path))), workers, progress)
+    except HriError as error:
+        raise DataError(
+            f"--data {data}: {error.problem}",
+            expected=error.expected
+            or "simulated, a table of segments (.npz) or of sessions (.yaml)",
+            hint=error.hint,
+        ) from error
+    if not len(table):
+        raise DataError(f"--data {data} holds no movement of which both arms are seen")
+    return table

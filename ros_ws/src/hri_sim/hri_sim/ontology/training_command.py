@@ -1,0 +1,175 @@
+"""Command line of ``scripts/train_ontology.py``: the classifier of the interaction monitor."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from rich.console import Console
+
+from hri_prediction.extras import check_scikit_learn
+from hri_prediction.ontology.classifier import COST, InteractionClassifier, negative_log, train
+from hri_prediction.ontology.evaluation import half_of
+from hri_prediction.ontology.shipped import SHIPPED
+from hri_prediction.ontology.table import SegmentTable
+from hri_prediction.results.options import Workers, make_folders, resumable
+from hri_prediction.results.origin import available_cores, origin_line, results_origin
+from hri_prediction.results.progress import ProgressLine
+from hri_sim.ontology.data import SIMULATED, table_of_data
+from hri_sim.ontology.sessions import DyadStudy
+from hri_sim.readability_report.run_folder import write_json
+
+TEXT, FIGURES = "training.md", "results.json"
+RUNS = Path("runs/ontology")
+SMOKE = DyadStudy(encounters=3, people=2)
+SEED = 0
+
+app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+
+
+def left_out(table: SegmentTable, cost: float, rng: np.random.Generator) -> dict[str, Any]:
+    """What a machine that learnt half of the recordings makes of the others, and how sure it is.
+
+    Args:
+        table: All segments.
+        cost: Of the machine.
+        rng: Draws the halves.
+    """
+    learnt = np.zeros(len(table), dtype=bool)
+    for case in np.unique(table.case):
+        sessions = rng.permutation(np.unique(table.session[table.case == case]))
+        learnt |= np.isin(table.session, sessions[: max(len(sessions) // 2, 1)])
+    what = "half of the recordings of each case left out"
+    if learnt.all():  # one recording of each case
+        learnt, what = half_of(table.case, rng), "half of the segments of each case left out"
+    known = np.unique(table.case[learnt])
+    tested = ~learnt & np.isin(table.case, known)
+    model = train(
+        table.features[learnt],
+        table.case[learnt],
+        cost=cost,
+        groups=table.session[learnt],
+        rng=rng,
+    )
+    given = model.probabilities(table.features[tested])
+    right = model.classes[given.argmax(axis=1)] == table.case[tested]
+    sure = given.max(axis=1)
+    edges = np.linspace(0.0, 1.0, 6)
+    bins = np.clip(np.digitize(sure, edges) - 1, 0, 4)
+    return {
+        "what": what,
+        "recognised": float(right.mean()),
+        "negative_log": float(
+            negative_log(model, table.features[tested], table.case[tested]).mean()
+        ),
+        "chance": float(np.log(len(known))),
+        "calibration": [
+            {
+                "sure_from": float(edges[index]),
+                "sure_to": float(edges[index + 1]),
+                "segments": int((bins == index).sum()),
+                "sure": float(sure[bins == index].mean()) if (bins == index).any() else None,
+                "right": float(right[bins == index].mean()) if (bins == index).any() else None,
+            }
+            for index in range(5)
+        ],
+    }
+
+
+def report(content: dict[str, Any]) -> str:
+    """The text of ``training.md``."""
+    found = content["left_out"]
+    text = [
+        "# Training of the interaction classifier\n",
+        f"{origin_line(content['origin'])} Data: {content['data']}.\n",
+        f"{content['segments']:,} segments of {content['sessions']} recordings of {content['subjects']} "
+        f"people, {content['cases']} cases. Support vector machine with a quadratic kernel, cost "
+        f"{content['cost']:g}; slope of probabilities {content['slope']:.2f}.\n",
+        f"With {found['what']}: {100 * found['recognised']:.1f} % recognised; negative log probability of "
+        f"the true case {found['negative_log']:.2f} (knowing nothing: {found['chance']:.2f}).\n",
+        "| said to be likely | segments | mean of what was said | were so |",
+        "| --- | --- | --- | --- |",
+    ]
+    for row in found["calibration"]:
+        if row["segments"]:
+            text.append(
+                f"| {100 * row['sure_from']:.0f} to {100 * row['sure_to']:.0f} % | {row['segments']} | "
+                f"{100 * row['sure']:.0f} % | {100 * row['right']:.0f} % |"
+            )
+    return "\n".join(text) + "\n"
+
+
+@app.command(context_settings={"help_option_names": ["-h", "--help"]})
+def train_ontology(
+    out: Annotated[Path, typer.Option(help=f"Folder for {SHIPPED.name}, {TEXT} and {FIGURES}.")],
+    data: Annotated[
+        str,
+        typer.Option(
+            help="simulated; or a table of segments (.npz); or a list of recordings, sessions.yaml or the "
+            "folder it is in (scripts/simulate_dyads.py makes one to look at)."
+        ),
+    ] = SIMULATED,
+    seed: Annotated[
+        int, typer.Option(help="Of simulated dyads, and of what is left out.", min=0)
+    ] = SEED,
+    cost: Annotated[
+        float, typer.Option(help="Of what lies on the wrong side of the margin.", min=1e-3)
+    ] = COST,
+    workers: Workers = None,
+    runs: Annotated[Path, typer.Option(help="Folder in which simulated segments are kept.")] = RUNS,
+    smoke: Annotated[bool, typer.Option("--smoke", help="Two people, three encounters.")] = False,
+) -> None:
+    """Train what tells the cases of interaction apart, and say how well it does for recordings left out.
+
+    The interaction monitor takes the file: -p classifier:=OUT/interaction_cases.npz. The one that ships is
+    made by this command as it is.
+    """
+    console = Console()
+    check_scikit_learn()
+    make_folders(out=out, runs=runs)
+    origin, study = results_origin(), SMOKE if smoke else DyadStudy()
+    with resumable(console, runs), ProgressLine(console) as progress:
+        progress.say("recordings")
+        table = table_of_data(data, study, seed, runs, workers or available_cores(), progress.count)
+        progress.say("training")
+        found = left_out(table, cost, np.random.default_rng(seed))
+        where = f"simulated dyads, seed {seed}" if data == SIMULATED else Path(data).name
+        about = f"{len(table)} segments, {where}"
+        model = train(
+            table.features,
+            table.case,
+            cost=cost,
+            groups=table.session,
+            rng=np.random.default_rng(seed),
+            about=about,
+        )
+    path = out / SHIPPED.name
+    model.save(path)
+    again = InteractionClassifier.load(path)
+    content = {
+        "origin": origin,
+        "data": where,
+        "segments": len(table),
+        "sessions": len(np.unique(table.session)),
+        "subjects": len(table.subjects),
+        "cases": len(again.classes),
+        "cost": cost,
+        "slope": again.slope,
+        "left_out": found,
+    }
+    write_json(out / FIGURES, content)
+    (out / TEXT).write_text(report(content))
+    console.print(
+        f"{path}: {len(again.classes)} cases, {len(table):,} segments; {found['what']}: "
+        f"{100 * found['recognised']:.1f} % recognised",
+        highlight=False,
+        soft_wrap=True,
+    )
+
+
+def main() -> int:
+    """Entry point."""
+    app(prog_name="train_ontology.py")
+    return 0

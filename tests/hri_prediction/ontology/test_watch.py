@@ -1,0 +1,184 @@
+"""Two arms watched: segments and their features, live and offline, and what goes wrong."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from two_arms import arm_track
+
+from hri_prediction.ontology.config import WatchConfig
+from hri_prediction.ontology.features import EXCHANGED, pair_features
+from hri_prediction.ontology.watch import DyadWatch, Segment, merged, segments_of
+from hri_prediction.tracks.segmentation import find_reaches
+from hri_prediction.tracks.track import ArmTrack
+
+A = arm_track([(0.5, 0.8, 0.3), (2.0, 0.8, -0.3)], 3.5)
+B = arm_track([(0.7, 0.9, 0.2)], 3.5, away=0.6, name="b")
+
+
+def watched(tracks: tuple[ArmTrack, ArmTrack], watch: DyadWatch | None = None) -> list[Segment]:
+    watch = watch or DyadWatch()
+    return [s for agent, sample in merged(tracks) for s in watch.push(agent, sample)]
+
+
+def test_segments_are_the_reaches_of_either_wrist() -> None:
+    found = segments_of((A, B))
+    for agent, track in enumerate((A, B)):
+        wanted = find_reaches(track.time_s, track.keypoints[:, 2])
+        own = [segment for segment in found if segment.agent == agent]
+        assert len(own) == len(wanted) == (2, 1)[agent]
+        for segment, reach in zip(own, wanted, strict=True):
+            assert segment.onset_ns == pytest.approx(reach.onset_s * 1e9, abs=1e3)
+            assert segment.end_ns == pytest.approx(reach.end_s * 1e9, abs=1e3)
+
+
+def test_features_are_the_means_over_the_segment_of_whoever_moves_first() -> None:
+    for segment in segments_of((A, B)):
+        instants = (
+            np.arange(np.ceil(segment.onset_ns / 2e7), np.floor(segment.end_ns / 2e7) + 1) * 0.02
+        )
+        points = [
+            np.array(
+                [np.interp(instants, t.time_s, column) for column in t.keypoints.reshape(-1, 12).T]
+            ).T.reshape(-1, 4, 3)
+            for t in (A, B)
+        ]
+        wanted = pair_features(*points).mean(axis=0)
+        assert segment.features is not None
+        found = segment.features[EXCHANGED] if segment.agent else segment.features
+        np.testing.assert_allclose(found, wanted, atol=2e-4)
+
+
+def test_live_is_offline_whatever_the_order_of_arrival() -> None:
+    offline = segments_of((A, B))
+    watch, late = DyadWatch(), []
+    held: list = []
+    found: list[Segment] = []
+    for agent, sample in merged((A, B)):
+        late.append((agent, sample))
+        # Samples of b come 40 ms after those of a.
+        if agent == 1:
+            held.append(sample)
+            if len(held) > 10:
+                found += watch.push(1, held.pop(0))
+        else:
+            found += watch.push(0, sample)
+    for sample in held:
+        found += watch.push(1, sample)
+    found += watch.finish()
+    assert sorted((s.agent, s.onset_ns, s.end_ns) for s in found) == sorted(
+        (s.agent, s.onset_ns, s.end_ns) for s in offline
+    )
+    by_time = {(s.agent, s.onset_ns): s.features for s in found}
+    for segment in offline:
+        np.testing.assert_array_equal(by_time[segment.agent, segment.onset_ns], segment.features)
+
+
+def test_it_does_not_matter_when_watching_began() -> None:
+    whole = segments_of((A, B))
+    later = segments_of((A.slice(0.3, 3.5), B.slice(0.3, 3.5)))
+    assert len(whole) == len(later)
+    for one, other in zip(whole, later, strict=True):
+        assert one.onset_ns == pytest.approx(other.onset_ns, abs=1e3)
+        np.testing.assert_allclose(one.features, other.features, atol=1e-9)
+
+
+def test_a_segment_is_told_soon_after_its_end() -> None:
+    watch = DyadWatch()
+    rest_s = watch.segmentation.rest_time + 0.5 * watch.segmentation.window
+    for agent, sample in merged((A, B)):
+        for segment in watch.push(agent, sample):
+            assert sample.stamp_ns - segment.end_ns < (rest_s + 0.05) * 1e9
+
+
+def test_what_is_under_way_is_known_so_far() -> None:
+    watch = DyadWatch()
+    seen = {False: 0, True: 0}
+    for agent, sample in merged((A, B)):
+        watch.push(agent, sample)
+        running = watch.running(0)
+        assert (running is None) == (not watch.moving(0))
+        seen[watch.moving(0)] += 1
+        if running is not None:
+            assert np.isfinite(running).all()
+            assert 0 < watch.onset_ns(0) < sample.stamp_ns
+    assert min(seen.values()) > 100
+    stamp_ns, features = watch.now()  # type: ignore[misc]
+    assert stamp_ns == pytest.approx(3.48e9)
+    assert features.shape == (25,)
+    assert watch.onset_ns(0) == 0
+
+
+def test_who_is_not_seen_is_not_waited_for() -> None:
+    gone = dataclasses.replace(
+        B, keypoints=np.where(B.time_s[:, None, None] < 0.6, B.keypoints, np.nan)
+    )
+    reasons = {s.agent: s.reason for s in watched((A, gone.slice(0.0, 0.6)))}
+    assert "both arms were seen for" in reasons[0]
+    assert all(s.features is None for s in watched((A, gone)))
+
+
+def test_a_short_absence_does_not_matter() -> None:
+    points = B.keypoints.copy()
+    points[(B.time_s > 0.9) & (B.time_s < 1.05), 3] = np.nan  # the hand tip only
+    found = segments_of((A, dataclasses.replace(B, keypoints=points)))
+    assert [s.reason for s in found] == ["", "", ""]
+
+
+def test_an_arm_that_is_lost_on_its_way() -> None:
+    points = A.keypoints.copy()
+    points[(A.time_s > 0.8) & (A.time_s < 1.1)] = np.nan
+    first = watched((dataclasses.replace(A, keypoints=points), B))[0]
+    assert first.features is None
+    assert first.reason == "the arm was lost sight of"
+
+
+def test_identities_that_swap_end_what_is_under_way() -> None:
+    swap = A.time_s > 1.0
+    one = np.where(swap[:, None, None], B.keypoints, A.keypoints)
+    other = np.where(swap[:, None, None], A.keypoints, B.keypoints)
+    found = segments_of(
+        (dataclasses.replace(A, keypoints=one), dataclasses.replace(B, keypoints=other))
+    )
+    assert [s.reason[:16] for s in found[:2]] == ["the wrist jumped"] * 2
+    # What comes after is as it was, the agents exchanged.
+    last = next(s for s in segments_of((A, B)) if s.onset_ns > 1.5e9)
+    assert (found[-1].agent, found[-1].reason) == (1, "")
+    np.testing.assert_allclose(found[-1].features, last.features, atol=1e-9)
+
+
+def test_too_short_and_too_long_are_said() -> None:
+    flick = arm_track([(0.5, 0.2, 0.05)], 1.5)
+    (short,) = [s for s in watched((flick, B.slice(0.0, 1.5))) if s.agent == 0]
+    assert short.reason.startswith("too short: 0.")
+    slow = arm_track([(0.5, 2.5, 0.6)], 4.0)
+    config = WatchConfig(longest=1.0)
+    found = watched((slow, arm_track([], 4.0, away=0.6)), DyadWatch(config))
+    assert found[0].reason.startswith("too long: ")
+
+
+def test_samples_out_of_order_are_left_out_and_restarting_forgets() -> None:
+    watch = DyadWatch()
+    samples = list(merged((A, B)))
+    for agent, sample in samples[:800]:
+        watch.push(agent, sample)
+    before = watch.now()
+    assert watch.push(0, samples[100][1]) == []
+    np.testing.assert_array_equal(watch.now()[1], before[1])  # type: ignore[index]
+    watch.restart()
+    assert watch.now() is None
+    assert not watch.moving(0)
+
+
+def test_a_long_silence_of_both_does_not_take_long() -> None:
+    watch = DyadWatch()
+    later = dataclasses.replace(A, time_s=A.time_s + 1e6)
+    for track in (A, later):
+        for agent in (0, 1):
+            for sample in track.slice(track.time_s[0], track.time_s[0] + 0.5).samples(
+                round(track.time_s[0] * 1e9)
+            ):
+                watch.push(agent, sample)
+    assert watch.now()[0] > 1e15  # type: ignore[index]
