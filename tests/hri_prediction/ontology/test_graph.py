@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from pathlib import Path
 
 import networkx as nx
 import pytest
@@ -127,6 +128,6 @@ def test_groups() -> None:
     assert find_case(12).group == 4
 
 
-def test_all_cases_are_drawn(tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_all_cases_are_drawn(tmp_path: Path) -> None:
     draw_cases(tmp_path / "cases.png")
     assert (tmp_path / "cases.png").read_bytes()[:4] == b"\x89PNG"

@@ -23,6 +23,13 @@ def watched(tracks: tuple[ArmTrack, ArmTrack], watch: DyadWatch | None = None) -
     return [s for agent, sample in merged(tracks) for s in watch.push(agent, sample)]
 
 
+def newest(watch: DyadWatch) -> tuple[int, np.ndarray]:
+    """The newest features, which there are."""
+    found = watch.now()
+    assert found is not None
+    return found
+
+
 def test_segments_are_the_reaches_of_either_wrist() -> None:
     found = segments_of((A, B))
     for agent, track in enumerate((A, B)):
@@ -105,7 +112,7 @@ def test_what_is_under_way_is_known_so_far() -> None:
             assert np.isfinite(running).all()
             assert 0 < watch.onset_ns(0) < sample.stamp_ns
     assert min(seen.values()) > 100
-    stamp_ns, features = watch.now()  # type: ignore[misc]
+    stamp_ns, features = newest(watch)
     assert stamp_ns == pytest.approx(3.48e9)
     assert features.shape == (25,)
     assert watch.onset_ns(0) == 0
@@ -164,9 +171,9 @@ def test_samples_out_of_order_are_left_out_and_restarting_forgets() -> None:
     samples = list(merged((A, B)))
     for agent, sample in samples[:800]:
         watch.push(agent, sample)
-    before = watch.now()
+    _, before = newest(watch)
     assert watch.push(0, samples[100][1]) == []
-    np.testing.assert_array_equal(watch.now()[1], before[1])  # type: ignore[index]
+    np.testing.assert_array_equal(newest(watch)[1], before)
     watch.restart()
     assert watch.now() is None
     assert not watch.moving(0)
@@ -181,4 +188,4 @@ def test_a_long_silence_of_both_does_not_take_long() -> None:
                 round(track.time_s[0] * 1e9)
             ):
                 watch.push(agent, sample)
-    assert watch.now()[0] > 1e15  # type: ignore[index]
+    assert newest(watch)[0] > 1e15

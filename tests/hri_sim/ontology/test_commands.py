@@ -63,6 +63,7 @@ def test_evaluation(segments: Path, tmp_path: Path, capsys: pytest.CaptureFixtur
         tmp_path,
         "--repetitions",
         2,
+        "--smoke",
     )
     assert run(evaluation_command, *arguments) == 0
     told = json.loads((tmp_path / "out" / "results.json").read_text())
@@ -70,6 +71,7 @@ def test_evaluation(segments: Path, tmp_path: Path, capsys: pytest.CaptureFixtur
     assert set(told["location_invariance"]) == {"case_1", "case_2", "case_3"}
     assert set(told["location_invariance"]["case_1"]) == {"frontal", "orthogonal", "same side"}
     assert told["subjects"] == ["s1", "s2"]
+    assert told["piirl_cosine"] > 0.9
     for name in ("intra", "subject_vs_group", "group_vs_subject"):
         assert len(told[name]) == 2
     for labels in ("full", "reduced"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -92,6 +93,6 @@ def test_people_sit_where_they_are_said_to() -> None:
         seats("above")
 
 
-def test_they_are_drawn(tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_they_are_drawn(tmp_path: Path) -> None:
     draw_layouts(tmp_path / "l.png", {"1": layout_of(1, "frontal"), "20": layout_of(20, "frontal")})
     assert (tmp_path / "l.png").stat().st_size > 10_000

@@ -20,7 +20,7 @@ from hri_prediction.ontology.shipped import SHIPPED
 from hri_prediction.ontology.verdict import Verdict, verdict_on
 from hri_prediction.ontology.warm import warm_watch
 from hri_prediction.ontology.watch import AGENTS, DyadWatch, Segment
-from hri_prediction.ros.conversions import WORLD, flat, sample_from_message
+from hri_prediction.ros.conversions import WORLD, current_sample, flat
 from hri_prediction.ros.messages import HumanArm, IdsList, InteractionCase, InteractionFeatures
 from hri_prediction.ros.node import OK, WARN, HriNode, run_node
 from hri_prediction.ros.parameters import declare_config
@@ -116,14 +116,7 @@ class InteractionMonitorNode(HriNode):
             self.fault("body", f"arm of {message.body_id!r} came on the topic of another body")
             return
         try:
-            sample = sample_from_message(message)
-            ahead = (sample.stamp_ns - self.now_ns()) / NANO
-            if ahead > self._config.max_future:
-                raise DataError(
-                    f"sample of {message.body_id} is stamped {ahead:.3f} s in the future",
-                    expected=f"at most {self._config.max_future} s",
-                    hint="synchronise the clocks, or check the unit of the stamps",
-                )
+            sample = current_sample(message, self.now_ns(), self._config.max_future)
         except DataError as error:
             self.fault("arm", str(error))
             return

@@ -19,8 +19,8 @@ from hri_prediction.prediction.live_scores import LiveFigures
 from hri_prediction.prediction.output import ReachState
 from hri_prediction.ros.conversions import (
     check_finite,
+    current_sample,
     message_from_prediction,
-    sample_from_message,
 )
 from hri_prediction.ros.following import FollowedArm, FollowedBody
 from hri_prediction.ros.learning import Learning, targets_of
@@ -157,14 +157,7 @@ class PredictorNode(HriNode):
             self.fault("body", f"arm of {message.body_id!r} came on the topic of another body")
             return
         try:
-            sample = sample_from_message(message)
-            ahead = (sample.stamp_ns - self.now_ns()) / NANO
-            if ahead > self._config.max_future:
-                raise DataError(
-                    f"sample of {message.body_id} is stamped {ahead:.3f} s in the future",
-                    expected=f"at most {self._config.max_future} s",
-                    hint="synchronise the clocks, or check the unit of the stamps",
-                )
+            sample = current_sample(message, self.now_ns(), self._config.max_future)
         except DataError as error:
             self.fault("arm", str(error))
             return

@@ -16,7 +16,7 @@ from hri_prediction.compiled import njit
 from hri_prediction.errors import DataError
 from hri_prediction.ontology.features import COUNT, FEATURES, fill_features
 from hri_prediction.ontology.sampling import third_differences
-from hri_prediction.ontology.upper_body import UpperBody, points_of
+from hri_prediction.ontology.upper_body import Geometry, UpperBody, points_of
 
 FloatArray = NDArray[np.float64]
 
@@ -31,10 +31,7 @@ NUMBER = len(COSTS)
 def _fill_costs(
     paths: FloatArray,
     partner: FloatArray,
-    base: FloatArray,
-    heading: float,
-    limbs: FloatArray,
-    side: float,
+    body: Geometry,
     length: float,
     step: float,
     out: FloatArray,
@@ -44,7 +41,7 @@ def _fill_costs(
         for k in range(25):
             out[path, k] = 0.0
         for row in range(paths.shape[1]):
-            points_of(paths[path, row], base, heading, limbs, side, frame, points)
+            points_of(paths[path, row], body, frame, points)
             fill_features(points, partner[row], distances)
             for k in range(25):
                 out[path, k] += step * math.exp(-distances[k] / length)
@@ -79,8 +76,12 @@ def path_costs(
         )
     out = np.empty((len(paths), NUMBER))
     _fill_costs(
-        np.ascontiguousarray(paths), np.ascontiguousarray(partner), body.base, body.heading, body.limbs,
-        body.side, length, step_s, out[:, :COUNT],
-    )  # fmt: skip
+        np.ascontiguousarray(paths),
+        np.ascontiguousarray(partner),
+        body.geometry,
+        length,
+        step_s,
+        out[:, :COUNT],
+    )
     out[:, COUNT] = (third_differences(paths.swapaxes(0, 1)) ** 2).sum(axis=(0, 2))
     return out

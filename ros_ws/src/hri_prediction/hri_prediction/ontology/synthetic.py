@@ -19,7 +19,7 @@ from hri_prediction.ontology.costs import COUNT, LENGTH_M, NUMBER
 from hri_prediction.ontology.features import fill_features
 from hri_prediction.ontology.movements import Movement
 from hri_prediction.ontology.sampling import bends, third_differences
-from hri_prediction.ontology.upper_body import points_of
+from hri_prediction.ontology.upper_body import Geometry, points_of
 
 FloatArray = NDArray[np.float64]
 
@@ -30,17 +30,14 @@ _STEP = 1e-6
 def _nearness(
     q: FloatArray,
     partner: FloatArray,
-    base: FloatArray,
-    heading: float,
-    limbs: FloatArray,
-    side: float,
+    body: Geometry,
     length: float,
     weights: FloatArray,
-    frame: FloatArray,
-    points: FloatArray,
-    distances: FloatArray,
+    room: tuple[FloatArray, FloatArray, FloatArray],
 ) -> float:
-    points_of(q, base, heading, limbs, side, frame, points)
+    """Weighted nearness of a posture; ``room`` (3, 3), (4, 3), (25,) is for intermediate results."""
+    frame, points, distances = room
+    points_of(q, body, frame, points)
     fill_features(points, partner, distances)
     total = 0.0
     for k in range(25):
@@ -52,41 +49,25 @@ def _nearness(
 def _nearness_gradient(
     path: FloatArray,
     partner: FloatArray,
-    base: FloatArray,
-    heading: float,
-    limbs: FloatArray,
-    side: float,
+    body: Geometry,
     length: float,
     weights: FloatArray,
     out: FloatArray,
 ) -> float:
     """Weighted nearness of a movement (n, 14), summed over its points, and what each joint does to it."""
-    frame, points, distances = np.empty((3, 3)), np.empty((4, 3)), np.empty(25)
+    room = (np.empty((3, 3)), np.empty((4, 3)), np.empty(25))
     total = 0.0
     for row in range(path.shape[0]):
         q = path[row].copy()
-        here = _nearness(
-            q, partner[row], base, heading, limbs, side, length, weights, frame, points, distances
-        )
+        here = _nearness(q, partner[row], body, length, weights, room)
         total += here
         for joint in range(q.shape[0]):
             kept = q[joint]
             q[joint] = kept + _STEP
-            there = _nearness(
-                q,
-                partner[row],
-                base,
-                heading,
-                limbs,
-                side,
-                length,
-                weights,
-                frame,
-                points,
-                distances,
-            )
+            out[row, joint] = (
+                _nearness(q, partner[row], body, length, weights, room) - here
+            ) / _STEP
             q[joint] = kept
-            out[row, joint] = (there - here) / _STEP
     return total
 
 
@@ -94,12 +75,10 @@ def total_cost(
     movement: Movement, path: FloatArray, weights: FloatArray, length: float = LENGTH_M
 ) -> tuple[float, FloatArray]:
     """The cost w·Φ of a path beside a movement's partner, and its gradient (n, 14)."""
-    body = movement.body
     gradient = np.empty_like(path)
     nearness = _nearness_gradient(
-        path, movement.partner, body.base, body.heading, body.limbs, body.side, length, weights[:COUNT],
-        gradient,
-    )  # fmt: skip
+        path, movement.partner, movement.body.geometry, length, weights[:COUNT], gradient
+    )
     rough = third_differences(path)
     # Ends are repeated beyond themselves, so that what is beyond counts for the ends.
     back = -np.diff(rough, 3, axis=0)

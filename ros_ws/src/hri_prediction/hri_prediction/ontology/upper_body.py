@@ -26,6 +26,9 @@ JOINTS = (
 """The first three in metres, the others in radians."""
 COUNT = len(JOINTS)
 
+Geometry = tuple[FloatArray, float, FloatArray, float]
+"""Base, heading, limbs and side of an upper body."""
+
 _GIRDLE_M = 0.19
 """From the middle of the upper back to the shoulder joint: half of the biacromial breadth."""
 _STEP = 1e-6
@@ -48,6 +51,11 @@ class UpperBody:
     limbs: FloatArray
     side: float = -1.0
 
+    @property
+    def geometry(self) -> Geometry:
+        """The same for kernels."""
+        return self.base, self.heading, self.limbs, self.side
+
     def keypoints(self, q: FloatArray) -> FloatArray:
         """Shoulder, elbow, wrist, hand tip (..., 4, 3) [m] of joints (..., 14)."""
         angles = np.ascontiguousarray(q, dtype=float)
@@ -55,7 +63,7 @@ class UpperBody:
             raise DataError(f"joints have shape {angles.shape}", expected=f"(..., {COUNT})")
         flat = angles.reshape(-1, COUNT)
         out = np.empty((len(flat), 4, 3))
-        _all_points(flat, self.base, self.heading, self.limbs, self.side, out)
+        _all_points(flat, self.geometry, out)
         return out.reshape(*angles.shape[:-1], 4, 3)
 
 
@@ -71,16 +79,9 @@ def _turned(matrix: FloatArray, axis: int, angle: float) -> None:
 
 
 @njit
-def points_of(
-    q: FloatArray,
-    base: FloatArray,
-    heading: float,
-    limbs: FloatArray,
-    side: float,
-    frame: FloatArray,
-    out: FloatArray,
-) -> None:
+def points_of(q: FloatArray, body: Geometry, frame: FloatArray, out: FloatArray) -> None:
     """Keypoints (4, 3) [m] of joints (14,); ``frame`` (3, 3) is for intermediate results."""
+    base, heading, limbs, side = body
     frame[:] = 0.0
     for k in range(3):
         frame[k, k] = 1.0
@@ -109,12 +110,10 @@ def points_of(
 
 
 @njit
-def _all_points(
-    q: FloatArray, base: FloatArray, heading: float, limbs: FloatArray, side: float, out: FloatArray
-) -> None:
+def _all_points(q: FloatArray, body: Geometry, out: FloatArray) -> None:
     frame = np.empty((3, 3))
     for row in range(q.shape[0]):
-        points_of(q[row], base, heading, limbs, side, frame, out[row])
+        points_of(q[row], body, frame, out[row])
 
 
 def body_of(keypoints: FloatArray, heading: float, side: str = "right") -> UpperBody:
@@ -142,9 +141,13 @@ _PRICE_M = 2e-3
 
 @njit
 def _solve_posture(
-    wanted: FloatArray, start: FloatArray, neutral: FloatArray, price: FloatArray, base: FloatArray,
-    heading: float, limbs: FloatArray, side: float, out: FloatArray,
-) -> None:  # fmt: skip
+    wanted: FloatArray,
+    start: FloatArray,
+    neutral: FloatArray,
+    price: FloatArray,
+    body: Geometry,
+    out: FloatArray,
+) -> None:
     """The joints (14,) whose keypoints are nearest to some (4, 3), and that move least (Gauss–Newton)."""
     frame, points, moved = np.empty((3, 3)), np.empty((4, 3)), np.empty((4, 3))
     jacobian, rest = np.zeros((26, 14)), np.zeros(26)
@@ -152,11 +155,11 @@ def _solve_posture(
     for k in range(14):
         jacobian[12 + k, k] = price[k]
     for _ in range(_ROUNDS):
-        points_of(q, base, heading, limbs, side, frame, points)
+        points_of(q, body, frame, points)
         for k in range(14):
             other = q.copy()
             other[k] += _STEP
-            points_of(other, base, heading, limbs, side, frame, moved)
+            points_of(other, body, frame, moved)
             for row in range(4):
                 for axis in range(3):
                     jacobian[3 * row + axis, k] = (moved[row, axis] - points[row, axis]) / _STEP
@@ -194,9 +197,6 @@ def joints_of(body: UpperBody, keypoints: FloatArray) -> FloatArray:
     found = np.empty((len(points), COUNT))
     start = NEUTRAL.copy()
     for row, wanted in enumerate(points):
-        _solve_posture(
-            wanted, start, NEUTRAL, _PRICE_M * _STIFFNESS, body.base, body.heading, body.limbs, body.side,
-            found[row],
-        )  # fmt: skip
+        _solve_posture(wanted, start, NEUTRAL, _PRICE_M * _STIFFNESS, body.geometry, found[row])
         start = found[row].copy()
     return found

@@ -12,7 +12,7 @@ from hri_prediction.arm.geometry import KEYPOINTS
 from hri_prediction.errors import DataError
 from hri_prediction.prediction.output import Prediction
 from hri_prediction.ros.messages import HumanArm, HumanPrediction
-from hri_prediction.ros.time import to_ns, to_time
+from hri_prediction.ros.time import NANO, to_ns, to_time
 from hri_prediction.tracks.track import ArmSample
 
 WORLD = "world"
@@ -43,6 +43,28 @@ def sample_from_message(message: HumanArm, frame: str = WORLD) -> ArmSample:
     return ArmSample(
         stamp_ns=to_ns(message.header.stamp), keypoints=keypoints, valid=valid, side=message.side
     )
+
+
+def current_sample(message: HumanArm, now_ns: int, max_future_s: float) -> ArmSample:
+    """Sample of a ``HumanArm`` that was taken before now, as far as clocks agree.
+
+    Args:
+        message: The message.
+        now_ns: The node's time [ns].
+        max_future_s: So far ahead of it a stamp may be [s].
+
+    Raises:
+        DataError: as :func:`sample_from_message`, or when the stamp is further ahead.
+    """
+    sample = sample_from_message(message)
+    ahead_s = (sample.stamp_ns - now_ns) / NANO
+    if ahead_s > max_future_s:
+        raise DataError(
+            f"sample of {message.body_id} is stamped {ahead_s:.3f} s in the future",
+            expected=f"at most {max_future_s} s",
+            hint="synchronise the clocks, or check the unit of the stamps",
+        )
+    return sample
 
 
 def check_finite(message: HumanArm) -> None:

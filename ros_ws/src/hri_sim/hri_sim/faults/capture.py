@@ -8,9 +8,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hri_planner.robot.model import load_robot
 from hri_prediction.ros.messages import HumanPrediction
 from hri_sim.faults.motion import (
     AT_REST,
@@ -20,15 +18,14 @@ from hri_sim.faults.motion import (
     SAFE,
     WILD,
     Motion,
-    arm_clearance,
+    arm_beside,
     lockstep,
     scene,
 )
 from hri_sim.launch.separation import OFF
 from hri_sim.reliability.fault import LOCKSTEP, Fault, Figure, Place, Trial
-from hri_sim.scenario.schema import Scenario
 from hri_sim.testing import node_factory, spoiling
-from hri_sim.testing.spoiling import REMAP, STILL, Bystander, Spoil, Tamper
+from hri_sim.testing.spoiling import REMAP, Bystander, Spoil, Tamper
 
 VALID = Figure("valid", "predictions that are valid while nothing can be seen", limit=0.0)
 BLIND_S = 0.3
@@ -86,7 +83,7 @@ def spoil(spoiling_: Spoiling, seed: int, place: Place) -> Trial:
 
 def second_body(seed: int, place: Place) -> Trial:
     """Somebody else is there, holding an arm still beside the robot."""
-    arm = _beside(seed, scene(seed, place.keep)[0])
+    arm = arm_beside(seed, scene(seed, place.keep)[0])
     sensors = [node_factory(Bystander, arm)]
     with Motion(seed, place, "bodies", sensors=sensors, separation=MONITORS[seed % 2]) as motion:
         motion.graph.run(0.6)
@@ -104,16 +101,6 @@ def second_body(seed: int, place: Place) -> Trial:
             "wild": motion.wild(),
         }
         return Trial(seed, {**figures, **motion.safe()}, outcome)
-
-
-def _beside(seed: int, scenario: Scenario) -> NDArray[np.float64]:
-    """An arm that is held still, at a random place which the robot leaves free at first (4, 3) [m]."""
-    rng, robot = np.random.default_rng(seed), load_robot()
-    start = np.array(scenario.robot_start)
-    while True:
-        arm = STILL + rng.uniform(-0.2, 0.2, 3)
-        if arm_clearance(robot, start, arm) > 0.05:
-            return arm
 
 
 def _stopping(name: str, title: str, injected: str, how: Spoil, *words: str) -> Fault:

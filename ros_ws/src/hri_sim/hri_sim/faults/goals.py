@@ -18,12 +18,14 @@ from hri_sim.faults.motion import (
     SAFE,
     STATE_S,
     Motion,
+    arm_beside,
     lockstep,
+    scene,
 )
 from hri_sim.launch.reports import OUTCOMES
 from hri_sim.reliability.fault import LOCKSTEP, Fault, Figure, Place, Trial
 from hri_sim.testing import ReachHandle, node_factory
-from hri_sim.testing.spoiling import STILL, Bystander
+from hri_sim.testing.spoiling import Bystander
 
 STORM, STORM_S = 50, 5.0
 """Goals of a storm, and how long it lasts [s]."""
@@ -74,8 +76,8 @@ def out_of_reach(table: bool, seed: int, place: Place) -> Trial:
 
 
 def inside_person(seed: int, place: Place) -> Trial:
-    """A goal in the forearm of an arm that is held still."""
-    arm = STILL
+    """A goal in the forearm of an arm that is held still, where the robot is not at first."""
+    arm = arm_beside(seed, scene(seed, place.keep)[0])
     options: dict[str, Any] = {
         "sensors": [node_factory(Bystander, arm)],
         "parameters": {PTOMP: {"max_duration": 2.5}},
@@ -164,7 +166,8 @@ GOALS = (
         count=40,
     ),
     Fault(
-        "into_person", "a goal in a person", "a goal in the forearm of an arm that is held still",
+        "into_person", "a goal in a person",
+        "a goal in the forearm of an arm that is held still, within 20 cm of a place",
         "kept clear of; given up with a reason; the next goal is reached", LOCKSTEP,
         (REFUSED, Figure("clear_cm", "clear of that arm", "cm", 0.0, least=True, digits=1), AGAIN, *SAFE),
         lockstep(inside_person),

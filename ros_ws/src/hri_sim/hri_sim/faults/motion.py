@@ -32,7 +32,7 @@ from hri_sim.scenario.conditions import draw_scenario
 from hri_sim.scenario.schema import Scenario
 from hri_sim.testing import Graph, ReachHandle, cue, policy_graph, ptomp_graph, reach
 from hri_sim.testing.messages import numbers
-from hri_sim.testing.spoiling import ARM, RAW
+from hri_sim.testing.spoiling import ARM, RAW, STILL
 
 SCENES = (100, 101, 102)
 """Seeds of the scenes: robot and person cross, twice."""
@@ -77,6 +77,16 @@ def arm_clearance(robot: RobotModel, q: NDArray[np.float64], arm: NDArray[np.flo
     limbs = np.stack((arm[:-1], arm[1:]), axis=1)
     robot_capsules = robot.robot_capsules(q)
     return float(capsule_distances(robot_capsules, robot.capsule_radii, limbs, ARM_RADII).min())
+
+
+def arm_beside(seed: int, scenario: Scenario) -> NDArray[np.float64]:
+    """An arm that is held still, at a random place which the robot leaves free at first (4, 3) [m]."""
+    rng, robot = np.random.default_rng(seed), load_robot()
+    start = np.array(scenario.robot_start)
+    while True:
+        arm = STILL + rng.uniform(-0.2, 0.2, 3)
+        if arm_clearance(robot, start, arm) > 0.05:
+            return arm
 
 
 class Motion(Closing):

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +15,8 @@ from hri_prediction.ontology.movements import SAMPLES, SPREAD, Movement, learn_c
 from hri_prediction.ontology.piirl import cosine
 from hri_prediction.ontology.sampling import draw_around
 from hri_prediction.ontology.synthetic import optimal_movement
-from hri_sim.ontology.sessions import DyadStudy, Session, record_session
+from hri_sim.benchmark.workers import do_all
+from hri_sim.ontology.sessions import DyadStudy, Session, record_session, sessions_of
 
 FloatArray = NDArray[np.float64]
 
@@ -27,12 +30,14 @@ class Found:
     """A truth that was sought.
 
     Attributes:
+        session: Whose movements were bent.
         costs: Names of those that count in it.
         cosine: Between true and learnt weights, both scaled by how much each cost differs among samples.
         spread: How far samples were drawn, as a factor on the usual.
         movements: So many were learnt from.
     """
 
+    session: Session
     costs: tuple[str, ...]
     cosine: float
     spread: float
@@ -75,4 +80,42 @@ def seek(
     optimal = [optimal_movement(movement, truth) for movement in movements]
     found = learn_costs(optimal, rng, samples=samples, spread=spread * SPREAD, penalty=0.1)
     names = tuple(COSTS[k] for k in np.flatnonzero(truth))
-    return Found(names, cosine(truth * found.scale, found.scaled), spread, len(optimal))
+    return Found(session, names, cosine(truth * found.scale, found.scaled), spread, len(optimal))
+
+
+def _seek(study: DyadStudy, seed: int, numbered: tuple[int, Session]) -> tuple[int, Found]:
+    number, session = numbered
+    return number, seek(session, study, 1.0, seed + number)
+
+
+def seek_all(
+    study: DyadStudy, count: int, seed: int, workers: int, progress: Callable[[int, int], None]
+) -> list[Found]:
+    """Several truths, each in a session of its own, which are spread over all of the study."""
+    sessions = sessions_of(study, seed)
+    chosen = [sessions[(2 * k + 1) * len(sessions) // (2 * count)] for k in range(count)]
+    found: dict[int, Found] = {}
+    work = partial(_seek, study, seed)
+    with closing(do_all(work, list(enumerate(chosen)), workers=workers)) as results:
+        for number, one in results:
+            found[number] = one
+            progress(len(found), count)
+    return [found[number] for number in sorted(found)]
+
+
+def cosine_lines(sought: Sequence[Found]) -> list[str]:
+    """The part of a report that says whether known costs were found again."""
+    values = np.array([one.cosine for one in sought])
+    text = [
+        "### Costs that are known, found again\n",
+        "Movements of a session are bent until they are optimal for weights that were drawn; weights are "
+        "learnt from them. Cosine between both, each weight times how much its cost differs among what might "
+        f"be done: median {np.median(values):.3f}, least {values.min():.3f} of {len(values)} (wanted 0.95).\n",
+        "| case | movements | costs that count | cosine |",
+        "| --- | --- | --- | --- |",
+    ]
+    text += [
+        f"| {one.session.case} | {one.movements} | {', '.join(one.costs)} | {one.cosine:.3f} |"
+        for one in sought
+    ]
+    return [*text, ""]

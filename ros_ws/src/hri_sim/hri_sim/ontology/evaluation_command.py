@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import typer
 from rich.console import Console
 
@@ -20,6 +21,7 @@ from hri_prediction.results.options import Workers, make_folders, resumable
 from hri_prediction.results.origin import available_cores, origin_line, results_origin
 from hri_prediction.results.progress import ProgressLine
 from hri_sim.ontology import figures
+from hri_sim.ontology.cosine import cosine_lines, seek_all
 from hri_sim.ontology.data import SIMULATED, table_of_data
 from hri_sim.ontology.pictures import draw_confusions, draw_layouts
 from hri_sim.ontology.report import case_list, evaluation_lines
@@ -30,6 +32,7 @@ from hri_sim.readability_report.run_folder import write_json
 
 FILE, TEXT, CASES, LAYOUTS = "results.json", "ontology.md", "cases.png", "layouts.png"
 REPETITIONS, SMOKE_REPETITIONS = 100, 2
+TRUTHS, SMOKE_TRUTHS = 20, 1
 SEED = 1
 """Of the dyads that are judged: others than those that the shipped classifier has learnt."""
 
@@ -134,11 +137,20 @@ def evaluate_ontology(
         table = table_of_data(data, study, seed, runs, cores, progress.count)
         number = repetitions or (SMOKE_REPETITIONS if smoke else REPETITIONS)
         told = evaluate(table, number, seed, cost, runs, cores, progress)
+        progress.say("costs that are known, sought")
+        sought = seek_all(study, SMOKE_TRUTHS if smoke else TRUTHS, seed, cores, progress.count)
     where = f"simulated dyads, seed {seed}" if data == SIMULATED else Path(data).name
-    found = {"counts": counts(), **figures.results(told)}
+    cosines = [one.cosine for one in sought]
+    found = {
+        "counts": counts(),
+        **figures.results(told),
+        "piirl_cosine": round(float(np.median(cosines)), 4),
+        "piirl_cosine_least": round(min(cosines), 4),
+    }
     write_json(out / FILE, {"origin": origin, "data": where, **found})
     lines = evaluation_lines(told, draw(told, out))
     draw_cases(out / CASES)
+    lines += cosine_lines(sought)
     lines += ["## The cases\n", *case_list(), f"![The cases as graphs]({CASES})\n"]
     if data == SIMULATED:
         layouts = {f"case {one.number}": layout_of(one.number, "frontal") for one in cases()}
