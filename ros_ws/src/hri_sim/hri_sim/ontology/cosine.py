@@ -109,8 +109,9 @@ def cosine_lines(sought: Sequence[Found]) -> list[str]:
     text = [
         "### Costs that are known, found again\n",
         "Movements of a session are bent until they are optimal for weights that were drawn; weights are "
-        "learnt from them. Cosine between both, each weight times how much its cost differs among what might "
-        f"be done: median {np.median(values):.3f}, least {values.min():.3f} of {len(values)} (wanted 0.95).\n",
+        "learnt from them. Cosine between both, each weight times how much its cost differs among what "
+        f"might be done: median {np.median(values):.3f}, least {values.min():.3f} of {len(values)} "
+        "(wanted 0.95).\n",
         "| case | movements | costs that count | cosine |",
         "| --- | --- | --- | --- |",
     ]
