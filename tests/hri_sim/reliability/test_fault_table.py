@@ -74,6 +74,16 @@ def test_a_bar_that_is_missed_once_is_missed(tmp_path: Path, progress: ProgressL
     assert "it was silent" in text
 
 
+def test_what_was_said_does_not_tell_where_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HRI_PROJECT_ROOT", "/home/somebody/stack")
+    said = "cannot read /home/somebody/stack/runs/bag"
+    text = "\n".join(
+        table.lines([Result(FAULT, (Trial(0, {"rest_ms": 1.0, "reached": 1.0}, said),))])
+    )
+    assert "cannot read runs/bag" in text
+    assert "somebody" not in text
+
+
 def test_what_did_not_happen_is_missed() -> None:
     result = Result(FAULT, (Trial(0, {"rest_ms": None, "reached": 1.0}),))
     assert not result.met

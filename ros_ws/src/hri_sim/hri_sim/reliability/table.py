@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections import Counter
 from collections.abc import Sequence
 from typing import Any
@@ -107,7 +108,12 @@ def _value(value: float | None, figure: Figure) -> str:
 def _said(result: Result) -> str:
     """What was said of a fault most often, numbers apart."""
     words = Counter(trial.said for trial in result.trials if trial.said)
-    return words.most_common(1)[0][0][:300] if words else ""
+    if not words:
+        return ""
+    # Where the checkout was is nobody's business.
+    root = os.environ.get("HRI_PROJECT_ROOT")
+    said = words.most_common(1)[0][0]
+    return (said.replace(f"{root}/", "") if root else said)[:300]
 
 
 def to_mapping(result: Result) -> dict[str, Any]:
