@@ -22,6 +22,7 @@ DOMAIN = 1 + (os.getpid() + 53) % 100
 NODES = (
     "adaptation",
     "dyad",
+    "interaction_monitor",
     "mocap_live",
     "observer",
     "person",
