@@ -159,6 +159,22 @@ def test_swapped_markers_are_rejected(library, config, reach_maker, count):
     np.testing.assert_allclose(results[-1][1].mean[0], track.keypoints[-1], atol=0.01)
 
 
+def test_swapped_markers_of_which_one_is_lost_meanwhile_are_still_swapped(config, reach_maker):
+    """The two that are seen are where others were, for longer than a jump is remembered."""
+    track = reach_maker("left bin", np.random.default_rng(11))
+    check = InputCheck(config)
+    verdicts = []
+    for i, sample in zip(range(110), track.samples(0), strict=False):
+        if i >= 40:
+            points = np.array(sample.keypoints)[[0, 2, 1, 3]]
+            seen = np.array([True, not 60 <= i < 90, True, True])
+            sample = dataclasses.replace(sample, keypoints=points, valid=seen)
+        verdicts.append(check.check(sample))
+    assert {verdict.reason for verdict in verdicts[:40]} == {""}
+    assert {verdict.reason for verdict in verdicts[40:]} == {"markers swapped"}
+    assert not any(verdict.usable.any() for verdict in verdicts[40:])
+
+
 def test_markers_that_stay_swapped_are_believed_and_said_so(library, config, reach_maker):
     """After a second nobody can tell labels that stay exchanged from an arm that turned unseen."""
     track = reach_maker("left bin", np.random.default_rng(11))

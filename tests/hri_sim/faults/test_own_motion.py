@@ -9,15 +9,18 @@ from hypothesis import strategies as st
 from hri_sim.faults.own_motion import REST, OwnMotion, own_motion
 
 STEP_S = 0.004
+SPEED = 0.01
+"""What the robot becomes faster towards the person with every state [m/s]."""
 
 
 def judged(
     joints: list[float], asked: list[float], touches: list[int], *, moving: bool = True
 ) -> OwnMotion:
-    def timed(values: list[float] | list[int]) -> list[tuple[float, float]]:
+    def timed(values: list[float]) -> list[tuple[float, float]]:
         return [(n * STEP_S, float(value)) for n, value in enumerate(values)]
 
-    return own_motion(timed(joints), timed(asked), timed(touches), moving=moving)
+    states = [(n * STEP_S, float(count), SPEED * n) for n, count in enumerate(touches)]
+    return own_motion(timed(joints), timed(asked), states, moving=moving)
 
 
 STOP = [1.0] * 10 + [0.0] * 40
@@ -79,6 +82,13 @@ def test_a_robot_that_is_asked_to_move_moves_whoever_leans_on_it() -> None:
 def test_a_robot_that_touches_before_it_rests_has_touched_while_it_moved() -> None:
     found = judged(STOP, STOP, [0] * 5 + [1] * 10 + [0] * 35)
     assert (found.touched_moving, found.touched_at_rest) == (5, 5)
+    # How it came at them counts until it rests.
+    np.testing.assert_allclose(found.came_at, 9 * SPEED)
+
+
+def test_a_robot_that_goes_away_from_whom_it_touches_does_not_come_at_them() -> None:
+    states = [(n * STEP_S, 1.0, -0.2) for n in range(5)]
+    assert own_motion([], [], states, moving=True).came_at == 0.0
 
 
 def test_a_robot_at_rest_all_the_time() -> None:
@@ -89,7 +99,7 @@ def test_a_robot_at_rest_all_the_time() -> None:
 
 def test_nothing_heard_leaves_it_as_it_was() -> None:
     for moving in (True, False):
-        found = own_motion([], [], [(0.0, 1.0)], moving=moving)
+        found = own_motion([], [], [(0.0, 1.0, 0.1)], moving=moving)
         assert found.moves is moving
         assert found.touched_moving == moving
 

@@ -90,11 +90,13 @@ class InputCheck:
             bool(v) and all(map(math.isfinite, p))
             for v, p in zip(sample.valid.tolist(), points, strict=True)
         ]
-        exchanged = self._exchanged
+        held = self._exchanged and sample.stamp_ns - self._swap_began_ns >= _SWAP_MEMORY_NS
+        if held:
+            # Nobody can tell an arm that turned round unseen from labels that stay exchanged.
+            self._last = [None] * 4
         fault = self._fault(sample.stamp_ns, points, usable)
         self._exchanged = fault == _SWAPPED
-        if exchanged and not fault and sample.stamp_ns - self._swap_began_ns >= _SWAP_MEMORY_NS:
-            # Nobody can tell an arm that turned round unseen from labels that stay exchanged.
+        if held and not fault:
             restart, reason = True, "markers seemed swapped for 1 s and are believed now"
             self._count("swapped markers believed")
         if fault:
@@ -140,29 +142,42 @@ class InputCheck:
         return math.dist(point, last) > self._limit(elapsed)
 
     def _swapped(self, points: list[tuple[float, ...]], usable: list[bool]) -> bool:
-        """Whether shoulder, elbow, wrist continue where *others* of them were last seen."""
-        last = self._last[:3]
-        if not all(usable[:3]) or any(p is None for p in last):
+        """Whether shoulder, elbow, wrist continue where *others* of them were last seen.
+
+        To tell that they were exchanged all three must be seen; that they still are, any of them tells.
+        """
+        known = [p for p in self._last[:3] if p is not None]
+        seen = [i for i in range(3) if usable[i]]
+        if self._stamp is None or not seen or len(known) < 3:
             return False
         # Exchanged markers stay exchanged: compare for longer than a jump is remembered.
-        known = [p for p in last if p is not None]
-        if self._stamp is None or self._stamp - max(self._last_ns[:3]) > _SWAP_MEMORY_NS:
+        if self._stamp - max(self._last_ns[:3]) > _SWAP_MEMORY_NS:
             return False
-        stay = sum(math.dist(points[i], known[i]) for i in range(3))
-        if stay < 3.0 * self._config.jump_allowance:
+        lasting = self._stamp - self._swapped_ns <= _SWAP_MEMORY_NS
+        if len(seen) < 3 and not lasting:
             return False
-        best, swap = min(
-            (sum(math.dist(points[i], known[p[i]]) for i in range(3)), p) for p in _SWAPS
-        )
+        stay = sum(math.dist(points[i], known[i]) for i in seen)
+        if stay < len(seen) * self._config.jump_allowance:
+            return False
+        # While it lasts, how far a marker can have come since it was seen does not speak against it.
+        free = [
+            self._limit((self._stamp - since_ns) * 1e-9) if lasting else 0.0
+            for since_ns in self._last_ns[:3]
+        ]
+
+        def left(places: tuple[int, ...]) -> float:
+            far = (math.dist(points[i], known[places[i]]) - free[places[i]] for i in seen)
+            return sum(max(distance, 0.0) for distance in far)
+
+        best, swap = min((left(places), places) for places in _SWAPS)
         if best >= 0.3 * stay:
             return False
-        if self._stamp - self._swapped_ns > _SWAP_MEMORY_NS:
+        if not lasting:
             self._swap_began_ns = self._stamp
         self._swapped_ns = self._stamp
-        if self._stamp - self._swap_began_ns < _SWAP_MEMORY_NS:
+        for i in seen:
             # Where each marker really is: a moving arm would else drift away from what is compared.
-            for i in range(3):
-                self._last[swap[i]] = points[i]
+            self._last[swap[i]], self._last_ns[swap[i]] = points[i], self._stamp
         return True
 
     def _implausible(self, points: list[tuple[float, ...]], usable: list[bool]) -> str:

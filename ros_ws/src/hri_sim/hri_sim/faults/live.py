@@ -114,7 +114,7 @@ class LiveGraph(Closing):
             self._moving = self.own_motion().moves
         self.speeds = []
         self._asked: list[tuple[float, float]] = []
-        self._touches: list[tuple[float, float]] = []
+        self._touches: list[tuple[float, float, float]] = []
         self.reasons: list[tuple[float, str]] = []
         self.steps: list[tuple[float, np.ndarray]] = []
 
@@ -139,7 +139,8 @@ class LiveGraph(Closing):
             self.reasons.append((time.time(), f"controller: {message.reason}"))
 
     def _on_state(self, message: SimState) -> None:
-        self._touches.append((to_ns(message.header.stamp) / NANO, float(message.contacts_human)))
+        time_s = to_ns(message.header.stamp) / NANO
+        self._touches.append((time_s, float(message.contacts_human), message.approach))
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         self._health.take(message.status, time.monotonic(), begun=True)

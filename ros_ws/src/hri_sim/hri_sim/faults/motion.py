@@ -48,12 +48,13 @@ AT_REST = Figure("rest_ms", "robot at rest after", "ms", 200.0)
 NAMED = Figure("named_ms", "named after", "ms", 1000.0)
 STEP = Figure("step_rad", "largest step of the reference in 4 ms", "rad", 0.02, digits=4)
 TOUCHED = Figure("touched", "states in which a moving robot touches a person", limit=0.0)
+CAME_AT = Figure("came_at", "speed at which it comes at whom it touches", "m/s", digits=2)
 LEANT_ON = Figure("leant_on", "states in which a person touches a resting robot")
 NOT_FINITE = Figure("not_finite", "NaN or infinity in what nodes say", limit=0.0)
 WILD = Figure("wild", "predictions beyond an arm's reach", limit=0.0)
 REACHED = Figure("reached", "the goal is reached in the end", limit=1.0, least=True)
 AGAIN = Figure("again", "the next goal is reached", limit=1.0, least=True)
-SAFE = (STEP, TOUCHED, LEANT_ON, NOT_FINITE)
+SAFE = (STEP, TOUCHED, CAME_AT, LEANT_ON, NOT_FINITE)
 """What is wanted of every fault."""
 
 
@@ -204,7 +205,10 @@ class Motion(Closing):
         return own_motion(
             timed("/joint_states", lambda m: float(np.abs(m.velocity).max())),
             timed(REFERENCE, lambda m: float(np.abs(m.reference_velocity).max())),
-            timed("/sim/state", lambda m: float(m.contacts_human)),
+            [
+                (n * STATE_S, float(m.contacts_human), m.approach)
+                for n, m in enumerate(self.graph.messages("/sim/state"))
+            ],
             moving=False,
         )
 
@@ -251,6 +255,7 @@ class Motion(Closing):
         return {
             "step_rad": float(np.abs(np.diff(references, axis=0)).max()),
             "touched": float(found.touched_moving),
+            "came_at": found.came_at,
             "leant_on": float(found.touched_at_rest),
             "not_finite": float(
                 sum(

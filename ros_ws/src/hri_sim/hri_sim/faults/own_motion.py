@@ -23,6 +23,9 @@ SWING_S = 0.2
 
 Timed = Sequence[tuple[float, float]]
 """Times [s], ascending, and values."""
+Touches = Sequence[tuple[float, float, float]]
+"""Times of states [s], ascending, how many contacts with people there are, and how fast the robot comes at
+who is nearest [m/s]."""
 
 
 @dataclass(frozen=True)
@@ -34,26 +37,28 @@ class OwnMotion:
         rest_s: Since when it has been at rest [s]; none: it moves, or has been at rest all the time.
         touched_moving: States in which somebody was touched while it moved of its own.
         touched_at_rest: States in which somebody was touched while it rested.
+        came_at: How fast it came at whom it touched while it moved, at most [m/s]; 0: not at all.
     """
 
     moves: bool
     rest_s: float | None
     touched_moving: int
     touched_at_rest: int
+    came_at: float
 
 
-def own_motion(joints: Timed, references: Timed, touches: Timed, *, moving: bool) -> OwnMotion:
+def own_motion(joints: Timed, references: Timed, touches: Touches, *, moving: bool) -> OwnMotion:
     """How a robot moved.
 
     Args:
         joints: Speed of its fastest joint [rad/s].
         references: The same of its reference [rad/s]; where there is none, joints alone tell.
-        touches: How many contacts with people there were.
+        touches: Contacts with people, of all states of the simulation.
         moving: Whether it moved of its own before.
     """
     reference_times = [time_s for time_s, _ in references]
-    touch_times = [time_s for time_s, count in touches if count]
-    state_times = [time_s for time_s, _ in touches]
+    touch_times = [time_s for time_s, count, _ in touches if count]
+    state_times = [time_s for time_s, _, _ in touches]
     moves, rest_s = moving, None
     touched_s = -math.inf
     times: list[float] = []
@@ -79,5 +84,6 @@ def own_motion(joints: Timed, references: Timed, touches: Timed, *, moving: bool
         index = bisect_right(times, time_s) - 1
         return moved[index] if index >= 0 else moving
 
-    touched = [moved_at(time_s) for time_s in touch_times]
-    return OwnMotion(moves, rest_s, sum(touched), len(touched) - sum(touched))
+    while_moving = [speed for time_s, count, speed in touches if count and moved_at(time_s)]
+    at_rest = len(touch_times) - len(while_moving)
+    return OwnMotion(moves, rest_s, len(while_moving), at_rest, max([0.0, *while_moving]))

@@ -16,7 +16,7 @@ from hri_prediction.bags import BagReader, salvage
 from hri_prediction.errors import GraphError
 from hri_prediction.ros.time import NANO, to_ns
 from hri_sim.faults.live import READY_S, LiveGraph, reaching_graph
-from hri_sim.faults.motion import AT_REST, LEANT_ON, NAMED, SCENES, STEP, TOUCHED, scene
+from hri_sim.faults.motion import AT_REST, CAME_AT, LEANT_ON, NAMED, SCENES, STEP, TOUCHED, scene
 from hri_sim.faults.own_motion import OwnMotion
 from hri_sim.faults.sources import DYAD, INTERACTION, MOCAP_LIVE, SOURCES, SourceGraph
 from hri_sim.faults.trials import TrialsGraph
@@ -153,6 +153,7 @@ def _touched(victim: str, *motions: OwnMotion) -> dict[str, float | None]:
         return {}
     return {
         "touched": float(sum(motion.touched_moving for motion in motions)),
+        "came_at": max(motion.came_at for motion in motions),
         "leant_on": float(sum(motion.touched_at_rest for motion in motions)),
     }
 
@@ -212,7 +213,7 @@ def freeze(graph: LiveGraph, victim: str, seed: int, place: Place) -> Trial:
 def _wanted_of(victim: str) -> tuple[Figure, ...]:
     """What is wanted whatever is done to a node."""
     trials = (GOES_ON, LOST_TRIALS) if victim in IN_TRIALS else ()
-    touched = () if victim in UNKNOWN_ARMS else (TOUCHED, LEANT_ON)
+    touched = () if victim in UNKNOWN_ARMS else (TOUCHED, CAME_AT, LEANT_ON)
     return (*trials, STEP, *touched)
 
 

@@ -76,8 +76,10 @@ def _line(result: Result) -> str:
 
 
 def _short(result: Result, figure: Figure) -> str:
-    """What a figure came to; empty for counts of what must not be, and was not."""
+    """What a figure came to; empty for what must not be, and was not, and for what there was none of."""
     values = result.values(figure)
+    if figure.limit is None and result.worst(figure) == 0.0:
+        return ""
     if not values or (not figure.unit and not result.missed(figure)):
         return ""
     if not figure.unit:
