@@ -206,6 +206,19 @@ def test_bodies_that_come_and_go(people: tuple[Graph, Someone]) -> None:
     assert graph.messages(FEATURES)[-1].second == "c"
 
 
+def test_people_unlike_any_that_were_learnt_are_said_to_be(people: tuple[Graph, Someone]) -> None:
+    graph, someone = people
+    someone.tell("a", "b")
+    someone.places = "axxb"  # farther apart than anybody who was learnt
+    graph.run(4.0)
+    complete = said(graph, InteractionCase.COMPLETE)
+    assert complete
+    for message in complete:
+        assert message.reason.startswith("unlike what was learnt: ")
+        assert message.number
+    assert health(graph)[1]["unlike what was learnt"] == len(complete)
+
+
 def test_the_other_arm_is_not_watched_and_named(people: tuple[Graph, Someone]) -> None:
     graph, someone = people
     someone.side = "left"

@@ -59,6 +59,31 @@ def test_benchmark_graph(tmp_path: Path) -> None:
     assert "mocap → trajectory" in said
 
 
+def test_reproduce_ontology(tmp_path: Path) -> None:
+    """With a monitor and a dyad that are watched live."""
+    said = run("reproduce_ontology.py", "--smoke", folder=tmp_path)
+    out = tmp_path / "runs" / "smoke_ontology"
+    results = json.loads((out / "ontology.json").read_text())
+    assert results["counts"] == [512, 68, 20, 7]
+    assert results["live_latency_ms"]["movements"] >= 2
+    assert results["live_latency_ms"]["case_most"] < 200.0
+    assert results["planned"]["case_1"]["10"]["apart_cm"] > 0.1
+    text = (out / "ontology.md").read_text()
+    assert "smoke run" in text
+    for part in (
+        "Full ontology",
+        "Live",
+        "How much places differ",
+        "Two real people",
+        "What people avoid",
+    ):
+        assert part in text
+    for picture in ("cases", "layouts", "jitter", "costs", "all_costs", "ways", "confusion_full"):
+        assert f"(ontology/{picture}.png)" in text
+        assert (out / "ontology" / f"{picture}.png").exists()
+    assert "reduced ontology" in said
+
+
 def test_reproduce_demo(tmp_path: Path) -> None:
     run("reproduce_demo.py", "--smoke", folder=tmp_path)
     out = tmp_path / "runs" / "smoke_demo"

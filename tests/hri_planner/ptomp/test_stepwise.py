@@ -40,7 +40,7 @@ def _problem(**changes):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_column_costs_add_up_to_the_kernels_terms(seed):
-    _, model, path = _problem()
+    _, model, path = _problem(interaction_costs="case_3")
     rng = np.random.default_rng(seed)
     trajectory = path + 0.4 * rng.standard_normal(path.shape)  # fast, low, beyond limits
     trajectory[:, :FIRST_FREE] = path[:, :1]  # what is past costs the same for all
@@ -51,7 +51,9 @@ def test_column_costs_add_up_to_the_kernels_terms(seed):
     trajectory_costs(padded, COLUMNS, *model.problem, terms)
     column_costs(padded, COLUMNS, body, par, work, out)
     named = dict(zip(TERMS, terms, strict=True))
-    alone = ("collision", "contact", "joint_limits", "speed", "acceleration", "table")
+    alone = (
+        "collision", "contact", "joint_limits", "speed", "acceleration", "table", "interaction_learned",
+    )  # fmt: skip
     assert all(named[name] > 0.0 for name in alone)
     assert out.sum() == pytest.approx(sum(named[name] for name in alone), rel=1e-9)
     assert not out[:FIRST_FREE].any()

@@ -20,6 +20,7 @@ from hri_prediction.ontology.classifier import (
     train,
 )
 from hri_prediction.ontology.features import EXCHANGED
+from hri_prediction.ontology.shipped import SHIPPED
 from hri_prediction.ontology.verdict import verdict_on
 
 
@@ -178,3 +179,14 @@ def test_recordings_are_left_out_whole_for_the_slope() -> None:
         for given in (None, groups)
     ]
     assert slopes[1] < 0.5 * slopes[0]
+
+
+def test_what_is_unlike_anything_learnt_is_said() -> None:
+    model = InteractionClassifier.load(SHIPPED)
+    assert model.unlike(model.mean) == ""
+    assert model.unlike(model.mean + 3.9 * model.scale) == ""
+    far = model.mean.copy()
+    far[24] += 4.1 * model.scale[24]
+    assert model.unlike(far).startswith("unlike what was learnt: hand tip-hand tip ")
+    assert verdict_on(model, far).unlike == model.unlike(far)
+    np.testing.assert_allclose(model.strangeness(far[None])[0], np.eye(25)[24] * 4.1, atol=1e-9)

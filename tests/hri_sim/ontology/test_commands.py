@@ -10,6 +10,7 @@ import pytest
 
 from hri_prediction.ontology.classifier import InteractionClassifier
 from hri_prediction.ontology.cost_file import load_costs
+from hri_prediction.ontology.costs import COSTS
 from hri_prediction.ontology.table import SegmentTable
 from hri_prediction.results.options import run_app
 from hri_sim.ontology import costs_command, evaluation_command, training_command
@@ -63,6 +64,8 @@ def test_evaluation(segments: Path, tmp_path: Path, capsys: pytest.CaptureFixtur
         tmp_path,
         "--repetitions",
         2,
+        "--live",
+        0,
         "--smoke",
     )
     assert run(evaluation_command, *arguments) == 0
@@ -91,13 +94,20 @@ def test_evaluation(segments: Path, tmp_path: Path, capsys: pytest.CaptureFixtur
 
 def test_learning_costs(tmp_path: Path) -> None:
     out = tmp_path / "out"
-    assert run(costs_command, "--out", out, "--case", 2, "--smoke", "--samples", 10) == 0
+    arguments = ("--case", 2, "--smoke", "--samples", 10)
+    assert run(costs_command, "--out", out, *arguments) == 0
     found = load_costs(out / "costs.json")
     assert list(found.cases) == ["case_2"]
     assert found.cases["case_2"].movements >= 12
     assert np.isfinite(found.cases["case_2"].weights).all()
     assert (out / "costs.png").stat().st_size > 10_000
     assert "case_2" in (out / "costs.md").read_text()
+    # With the trunk as it was nothing can be learnt of where the shoulder is.
+    assert run(costs_command, "--out", tmp_path / "arm", "--joints", "arm", *arguments) == 0
+    arm = load_costs(tmp_path / "arm" / "costs.json")
+    assert "arm alone" in arm.about
+    shoulders = [k for k, name in enumerate(COSTS) if name.startswith("shoulder-")]
+    assert (arm.cases["case_2"].weights[shoulders] == 0.0).all()
 
 
 @pytest.mark.parametrize(
@@ -108,6 +118,7 @@ def test_learning_costs(tmp_path: Path) -> None:
         (evaluation_command, ("--data", "nowhere.yaml"), "--data nowhere.yaml"),
         (costs_command, ("--case", "21"), "1 to 20"),
         (costs_command, ("--data", "nowhere"), "nowhere"),
+        (costs_command, ("--joints", "legs"), "one of all, arm"),
     ],
 )
 def test_what_is_wrong_is_said(

@@ -101,6 +101,7 @@ class PlainCosts:
             "joint_limits": config.joint_limit_weight, "speed": config.speed_weight,
             "acceleration": config.acceleration_weight, "table": config.table_weight,
             "goal": config.goal_weight, "control": 0.5 * config.control_weight,
+            "interaction_learned": 0.0,  # is off unless a case is named, and no part of the comparison
         }  # fmt: skip
         return np.stack([step * weights[name] * term[name] for name in TERMS], axis=1), nearest
 

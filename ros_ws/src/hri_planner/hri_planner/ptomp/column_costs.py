@@ -1,6 +1,7 @@
 """Costs of a trajectory column by column, for weights at each time step (STOMP), compiled.
 
-The terms that belong to one time step: collision, contact, joint limits, speed, acceleration and table.
+The terms that belong to one time step: collision, contact, joint limits, speed, acceleration, table and
+learnt costs.
 Effort, jerk and control span several and are left to the smoothness of noise and update; the distance from
 the goal is a cost of waiting, and where nothing else costs, weights by it would pull every step there. The
 formulas are those of :mod:`hri_planner.ptomp.kernel`, which sums them: a test holds one against the other.
@@ -24,11 +25,13 @@ from hri_planner.ptomp.layout import (
     CONTACT,
     ELBOW,
     FIRST_FREE,
+    LEARNT,
     LOWER,
     P_ACCELERATION,
     P_ACCELERATION_LIMIT,
     P_COLLISION,
     P_CONTACT,
+    P_LEARNT,
     P_LIMIT_SCALE,
     P_LIMITS,
     P_SPEED,
@@ -67,13 +70,14 @@ def _joints(q: Any, i: int, body: Any, par: Any) -> Any:
 
 @njit
 def _places(i: int, body: Any, par: Any, work: Any) -> Any:
-    """Collision, contact and table at column i."""
+    """Collision, contact, table and learnt costs at column i."""
     low = par[P_TABLE_HEIGHT] + body[RADII + 1]
     low_tool = par[P_TABLE_HEIGHT] + body[RADII + 2]
     x = TABLE_HINGE * max(low - work[(ELBOW + 2) * ROW + i], 0.0)
     y = TABLE_HINGE * max(low - work[(WRIST + 2) * ROW + i], 0.0)
     z = TABLE_HINGE * max(low_tool - work[(TOOL + 2) * ROW + i], 0.0)
     cost = par[P_COLLISION] * work[COLLISION * ROW + i] + par[P_CONTACT] * work[CONTACT * ROW + i]
+    cost += par[P_LEARNT] * work[LEARNT * ROW + i]
     return cost + par[P_TABLE] * (x * x + y * y + z * z)
 
 

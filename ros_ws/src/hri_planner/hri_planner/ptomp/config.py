@@ -10,6 +10,7 @@ import numpy as np
 import yaml
 from numpy.typing import DTypeLike
 
+from hri_planner.ptomp.interaction import check_interaction
 from hri_prediction.config import from_mapping, parameter, validate
 from hri_prediction.errors import ConfigError
 
@@ -102,6 +103,16 @@ class PtompConfig:
     contact_margin: float = parameter(
         0.02, "Clearance below which the contact cost begins", unit="m", low=0.0, high=0.2
     )
+    interaction_costs: str = parameter(
+        "", "Learnt costs of being near people, by name: case_1 to case_20; empty: none"
+    )
+    interaction_file: str = parameter(
+        "", "Where they are: a costs.json of scripts/learn_costs.py; empty: those that ship"
+    )
+    interaction_weight: float = parameter(
+        10.0, "Weight of learnt costs: what a second with everything at no distance costs", low=0.0,
+        high=1000.0,
+    )  # fmt: skip
     effort_weight: float = parameter(0.002, "Weight of kinetic and potential energy", low=0.0)
     gravity: float = parameter(
         9.81, "Gravity of the potential energy; 0.5 gives eq. 6.5 as it was printed", unit="m/s^2",
@@ -184,6 +195,7 @@ class PtompConfig:
                 f"margin_growth = {self.margin_growth} with kappa_min = {self.kappa_min}",
                 expected="kappa and kappa_min above 0, through which the margin grows",
             )
+        check_interaction(self.interaction_costs, self.interaction_file)
         if self.update_smoothing and self.weights != "per_step":
             raise ConfigError(
                 f"update_smoothing with weights = {self.weights}", expected="weights per_step"

@@ -13,6 +13,7 @@ from hri_planner.ptomp import kernel, layout
 from hri_planner.ptomp.clearance import many_clearances
 from hri_planner.ptomp.config import PtompConfig, dtype_of
 from hri_planner.ptomp.forecast import HumanForecast, pack_forecasts
+from hri_planner.ptomp.interaction import find_nearness
 from hri_planner.robot.model import RobotModel
 from hri_prediction.errors import ConfigError
 
@@ -80,6 +81,11 @@ class CostModel:
             layout.P_LITERAL: float(config.collision_cost == "literal"),
         }.items():
             self._parameters[position] = value
+        if config.interaction_costs:
+            learnt = find_nearness(config.interaction_costs, config.interaction_file)
+            self._parameters[layout.P_LEARNT] = config.interaction_weight
+            self._parameters[layout.P_LEARNT_STEEP] = 1.0 / learnt.length
+            self._parameters[layout.P_NEARNESS :] = learnt.weights
         self._terms = np.empty((0, layout.TERM_COUNT), self.dtype)
         self._nearest = np.empty(0, self.dtype)
         self.columns = 0

@@ -34,6 +34,7 @@ from hri_planner.ptomp.layout import (
     P_GOAL_X,
     P_GRAVITY,
     P_JERK,
+    P_LEARNT,
     P_LIMIT_SCALE,
     P_LIMITS,
     P_LITERAL,
@@ -49,6 +50,7 @@ from hri_planner.ptomp.layout import (
     VELOCITY,
     WRIST,
 )  # fmt: skip
+from hri_planner.ptomp.learnt import fill_nearness, sum_nearness
 from hri_planner.ptomp.literal import literal_collisions
 from hri_prediction.compiled import njit
 
@@ -246,6 +248,10 @@ def trajectory_costs(
     terms[2] = par[P_EFFORT] * par[P_STEP] * _effort(columns, body, par, work)
     terms[3] = par[P_JERK] * par[P_STEP] * _jerk(columns, par, work)
     _joint_costs(q, columns, body, par, work, terms)
+    terms[10] = par.dtype.type(0.0)
+    if par[P_LEARNT] > par.dtype.type(0.0):
+        fill_nearness(columns, body, humans, par, work)
+        terms[10] = par[P_LEARNT] * par[P_STEP] * sum_nearness(columns, work)
     return nearest
 
 

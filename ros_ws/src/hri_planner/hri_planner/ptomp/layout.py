@@ -34,15 +34,18 @@ TERMS = (
     "table",
     "goal",
     "control",
+    "interaction_learned",
 )
 TERM_COUNT = len(TERMS)
 
 # Rows of the workspace: elbow, wrist, tool and unit vectors along the three parts; per column collision,
-# contact and smallest distance; ones where a column is not past (from 2 on) and where it is free.
+# contact and smallest distance; ones where a column is not past (from 2 on) and where it is free;
+# per column what nearness costs; the robot's shoulder and the hand tip of the person that is looked at.
 ELBOW, WRIST, TOOL, AXES = 0, 3, 6, 9
 COLLISION, CONTACT, NEAREST = 18, 19, 20
 AHEAD, FREE = 21, 22
-WORKSPACE_ROWS = 23
+LEARNT, BASE, TIP = 23, 24, 27
+WORKSPACE_ROWS = 30
 
 # Rows of a person's arm: of its three limbs the starts, unit vectors along them (zero where a limb has no
 # length), lengths, standard deviations at the starts and what these rise by along each metre.
@@ -62,7 +65,13 @@ P_GOAL, P_CONTROL, P_STEP = 15, 16, 17
 P_GOAL_X = 18
 P_PARALLEL = 21
 P_GRAVITY, P_LITERAL = 22, 23
-PARAMETER_COUNT = 24
+P_LEARNT, P_LEARNT_STEEP, P_NEARNESS = (
+    24,
+    25,
+    26,
+)  # weight, one over the length, first of 25 weights
+NEARNESS_COUNT = 25
+PARAMETER_COUNT = P_NEARNESS + NEARNESS_COUNT
 
 FAR = 1e3
 """Clearance where there is nobody [m]."""

@@ -153,8 +153,10 @@ class InteractionMonitorNode(HriNode):
             self._counts["refused: " + segment.reason.partition(":")[0].partition(" by ")[0]] += 1
         else:
             message = self._said(segment.agent, InteractionCase.COMPLETE, segment.end_ns)
-            _fill(message, verdict_on(self._classifier, segment.features), self._classifier)
+            verdict = verdict_on(self._classifier, segment.features)
+            _fill(message, verdict, self._classifier)
             self._counts["movements"] += 1
+            self._counts["unlike what was learnt"] += bool(verdict.unlike)
             self._late_ms.append((self.now_ns() - max(self._newest_ns)) / 1e6)
         message.onset, message.end = to_time(segment.onset_ns), to_time(segment.end_ns)
         self._cases.publish(message)
@@ -221,6 +223,7 @@ class InteractionMonitorNode(HriNode):
 
 
 def _fill(message: InteractionCase, verdict: Verdict, classifier: InteractionClassifier) -> None:
+    message.reason = verdict.unlike
     message.number, message.probability = verdict.number, verdict.probability
     message.group, message.group_probability = verdict.group, verdict.group_probability
     message.cases = classifier.classes.tolist()

@@ -20,7 +20,7 @@ from scipy.special import expit, logsumexp
 
 from hri_prediction.errors import DataError, shown
 from hri_prediction.extras import check_scikit_learn
-from hri_prediction.ontology.features import COUNT, EXCHANGED
+from hri_prediction.ontology.features import COUNT, EXCHANGED, FEATURES
 from hri_prediction.promp.storage import read_npz, write_npz
 
 FloatArray = NDArray[np.float64]
@@ -34,6 +34,8 @@ _SLOPES = (0.05, 20.0)
 _UPPER = np.triu_indices(COUNT)
 TERMS = len(_UPPER[0]) + COUNT + 1
 """Products, features and the constant."""
+UNLIKE = 4.0
+"""So many standard deviations from what was learnt a distance is unlike it: farther than any that was."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +95,27 @@ class InteractionClassifier:
         )
         found: FloatArray = 0.5 * (one + other)
         return found
+
+    def strangeness(self, features: ArrayLike) -> FloatArray:
+        """How far features (n, 25) [m] are from those that were learnt (n, 25): standard deviations."""
+        found: FloatArray = np.abs(np.asarray(features, dtype=float) - self.mean) / self.scale
+        return found
+
+    def unlike(self, features: ArrayLike) -> str:
+        """Why probabilities say little: a distance like which none was learnt; empty where all are.
+
+        Args:
+            features: Of one movement (25,) [m].
+        """
+        row = np.asarray(features, dtype=float)
+        strange = self.strangeness(row[None])[0]
+        worst = int(strange.argmax())
+        if strange[worst] <= UNLIKE:
+            return ""
+        return (
+            f"unlike what was learnt: {FEATURES[worst]} {row[worst]:.2f} m, learnt "
+            f"{self.mean[worst]:.2f} ± {self.scale[worst]:.2f} m"
+        )
 
     def classify(self, features: ArrayLike) -> IntArray:
         """The likeliest classes (n,) of features (n, 25) [m]."""

@@ -24,6 +24,10 @@ SAMPLES = 60
 SPREAD = np.array((0.01,) * 3 + (0.03,) * 11)
 """Standard deviations of what is drawn, where they are largest: of the first three joints [m], of the
 others [rad]. Near enough that what is drawn competes with what people did."""
+TRUNK = 7
+"""Joints of trunk and shoulder girdle, the first of the fourteen: a robot on a table has none of them."""
+ARM_SPREAD = np.where(np.arange(len(SPREAD)) < TRUNK, 0.0, SPREAD)
+"""The same, with trunk and shoulder as they were: what an arm alone might have done."""
 
 
 @dataclass(frozen=True, eq=False)

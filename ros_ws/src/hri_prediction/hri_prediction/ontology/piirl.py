@@ -117,7 +117,8 @@ def learn(
         bounds=[(0.0, None)] * count,
         options={"maxiter": 2000, "maxfun": 4000, "ftol": 1e-13, "gtol": 1e-8},
     )
-    return Learnt(found.x / scale, scale, float(found.fun), penalty)
+    # The solver keeps to its bounds up to rounding.
+    return Learnt(np.maximum(found.x, 0.0) / scale, scale, float(found.fun), penalty)
 
 
 def cosine(one: FloatArray, other: FloatArray) -> float:

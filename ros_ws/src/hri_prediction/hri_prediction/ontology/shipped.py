@@ -1,4 +1,4 @@
-"""The classifier that ships: trained on simulated dyads by ``scripts/train_ontology.py``."""
+"""What ships: made from simulated dyads."""
 
 from __future__ import annotations
 
@@ -6,5 +6,9 @@ from pathlib import Path
 
 import hri_prediction
 
-SHIPPED = Path(hri_prediction.__file__).parent / "models" / "interaction_cases.npz"
-"""Of the twenty cases."""
+_MODELS = Path(hri_prediction.__file__).parent / "models"
+
+SHIPPED = _MODELS / "interaction_cases.npz"
+"""Classifier of the twenty cases, by ``scripts/train_ontology.py``."""
+SHIPPED_COSTS = _MODELS / "interaction_costs.json"
+"""Costs of nearness in each case, by ``scripts/learn_costs.py``."""

@@ -23,6 +23,7 @@ class Verdict:
         group: The likeliest class of the reduced ontology.
         group_probability: Its probability: the sum of those of its cases.
         probabilities: Of all cases that the classifier knows, in their order (c,).
+        unlike: Why they say little: the features are unlike those that were learnt; empty: they are not.
     """
 
     number: int
@@ -30,6 +31,7 @@ class Verdict:
     group: int
     group_probability: float
     probabilities: FloatArray
+    unlike: str = ""
 
 
 def verdict_on(classifier: InteractionClassifier, features: FloatArray) -> Verdict:
@@ -40,4 +42,6 @@ def verdict_on(classifier: InteractionClassifier, features: FloatArray) -> Verdi
         groups[group_of(number)] = groups.get(group_of(number), 0.0) + share
     best = int(given.argmax())
     group = max(groups, key=lambda name: groups[name])
-    return Verdict(int(classifier.classes[best]), float(given[best]), group, groups[group], given)
+    unlike = classifier.unlike(features)
+    number, probability = int(classifier.classes[best]), float(given[best])
+    return Verdict(number, probability, group, groups[group], given, unlike)

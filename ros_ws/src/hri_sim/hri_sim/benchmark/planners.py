@@ -38,7 +38,7 @@ class PlannerSetup:
     name: str
     text: str
     observer: str | None = "promp"
-    settings: tuple[tuple[str, float | int], ...] = ()
+    settings: tuple[tuple[str, float | int | str], ...] = ()
     adaptation: str | None = None
     max_iterations: int | None = None
 

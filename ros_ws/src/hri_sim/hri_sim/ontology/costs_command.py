@@ -12,11 +12,18 @@ import numpy as np
 import typer
 from rich.console import Console
 
-from hri_prediction.errors import DataError
+from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.ontology.cases import find_case
 from hri_prediction.ontology.cost_file import CaseCosts, LearntCosts
 from hri_prediction.ontology.costs import COSTS, LENGTH_M
-from hri_prediction.ontology.movements import SAMPLES, Movement, learn_costs, movements_of
+from hri_prediction.ontology.movements import (
+    ARM_SPREAD,
+    SAMPLES,
+    SPREAD,
+    Movement,
+    learn_costs,
+    movements_of,
+)
 from hri_prediction.ontology.recordings import RecordedSession, read_sessions, tracks_of_bag
 from hri_prediction.results.options import Workers, make_folders
 from hri_prediction.results.origin import available_cores, origin_line, results_origin
@@ -29,6 +36,9 @@ from hri_sim.readability_report.run_folder import write_json
 FILE, TEXT, PICTURE, FIGURES = "costs.json", "costs.md", "costs.png", "results.json"
 PEOPLE, SMOKE_PEOPLE = 6, 1
 SMOKE = DyadStudy(encounters=3)
+ALL_JOINTS, ARM = "all", "arm"
+SPREADS = {ALL_JOINTS: SPREAD, ARM: ARM_SPREAD}
+"""How far movements are drawn that might have been, by the joints that might have moved otherwise."""
 DEFAULT_CASES = ("case_1", "case_2", "case_3")
 """Those of the thesis' figure 4.5."""
 
@@ -47,6 +57,7 @@ class CaseJob:
         samples: Drawn around each movement.
         penalty: λ of the weights.
         seed: Of what is drawn.
+        joints: Which might have moved otherwise, of :data:`SPREADS`.
     """
 
     case: str
@@ -56,6 +67,7 @@ class CaseJob:
     samples: int
     penalty: float
     seed: int
+    joints: str = ALL_JOINTS
 
 
 def do_case(job: CaseJob) -> tuple[str, CaseCosts | str]:
@@ -68,7 +80,8 @@ def do_case(job: CaseJob) -> tuple[str, CaseCosts | str]:
     if not movements:
         return job.case, "no movement of which all of both arms is seen"
     rng = np.random.default_rng([job.seed, find_case(job.case).number])
-    found = learn_costs(movements, rng, samples=job.samples, penalty=job.penalty)
+    spread = SPREADS[job.joints]
+    found = learn_costs(movements, rng, samples=job.samples, spread=spread, penalty=job.penalty)
     return job.case, CaseCosts(found.weights, found.scale, len(movements))
 
 
@@ -92,6 +105,19 @@ def draw_costs(path: Path, costs: LearntCosts) -> None:
     plt.close(figure)
 
 
+def draw_all_costs(path: Path, costs: LearntCosts) -> None:
+    """How much each cost counts in each case, as shares, in one picture."""
+    shares = np.array([one.scaled / max(one.scaled.sum(), 1e-300) for one in costs.cases.values()])
+    figure, axes = plt.subplots(figsize=(9.0, 0.26 * len(shares) + 2.2), layout="constrained")
+    image = axes.imshow(100.0 * shares, cmap="Blues", aspect="auto")
+    axes.set_yticks(range(len(shares)), [name.replace("_", " ") for name in costs.cases], size=7)
+    names = [f"{number}: {name}" for number, name in enumerate(COSTS, start=1)]
+    axes.set_xticks(range(len(COSTS)), names, rotation=90, size=6)
+    figure.colorbar(image, ax=axes, label="share of the scaled weights [%]")
+    figure.savefig(path, dpi=110)
+    plt.close(figure)
+
+
 def report(costs: LearntCosts, origin: dict[str, Any]) -> str:
     """The text of ``costs.md``."""
     text = [
@@ -100,15 +126,20 @@ def report(costs: LearntCosts, origin: dict[str, Any]) -> str:
         "Path-integral inverse reinforcement learning: what people did, beside what they might have done. "
         "The scale of weights means nothing, their directions do. Each cost with its share of the scaled "
         "weights.\n",
-        "| case | movements | costs that count |",
-        "| --- | --- | --- |",
+        *cost_table(costs),
     ]
+    return "\n".join([*text, "", f"![Weights]({PICTURE})", ""])
+
+
+def cost_table(costs: LearntCosts) -> list[str]:
+    """Which costs count in each case, by their shares of the scaled weights."""
+    text = ["| case | movements | costs that count |", "| --- | --- | --- |"]
     for name, one in costs.cases.items():
         shares = one.scaled / max(float(one.scaled.sum()), 1e-300)
         order = [int(k) for k in np.argsort(-shares) if shares[k] >= 0.01]
         words = ", ".join(f"{k + 1} {COSTS[k]} {100 * shares[k]:.0f} %" for k in order)
         text.append(f"| {name} | {one.movements} | {words or 'none'} |")
-    return "\n".join([*text, "", f"![Weights]({PICTURE})", ""])
+    return text
 
 
 @app.command(context_settings={"help_option_names": ["-h", "--help"]})
@@ -135,12 +166,22 @@ def learn(
     penalty: Annotated[
         float, typer.Option(help="Of the sum of the scaled weights: larger leaves fewer.", min=0.0)
     ] = 1.0,
+    joints: Annotated[
+        str,
+        typer.Option(
+            help="What might have moved otherwise: all fourteen joints, or those of the arm alone, for a "
+            "robot that has no trunk (the costs that ship).",
+            metavar="|".join(SPREADS),
+        ),
+    ] = ALL_JOINTS,
     seed: Annotated[int, typer.Option(help="Of people, and of what is drawn.", min=0)] = 0,
     workers: Workers = None,
     smoke: Annotated[bool, typer.Option("--smoke", help="One person, three encounters.")] = False,
 ) -> None:
     """Learn which nearness of which parts of two arms people avoid, and how much, from how they move."""
     console = Console()
+    if joints not in SPREADS:
+        raise ConfigError(f"--joints {joints}", expected="one of " + ", ".join(SPREADS))
     make_folders(out=out)
     origin, study = results_origin(), SMOKE if smoke else DyadStudy()
     names = [find_case(name).name for name in case or ()]
@@ -153,7 +194,7 @@ def learn(
         chosen = _recorded(names, read_sessions(data))
         about = f"recordings of {Path(data).name}"
     jobs = [
-        CaseJob(name, tuple(own), tuple(recorded), study, samples, penalty, seed)
+        CaseJob(name, tuple(own), tuple(recorded), study, samples, penalty, seed, joints)
         for name, own, recorded in chosen
     ]
     found: dict[str, CaseCosts] = {}
@@ -171,6 +212,8 @@ def learn(
     if not found:
         raise DataError(f"--data {data}: nothing to learn from")
     ordered = {job.case: found[job.case] for job in jobs if job.case in found}
+    if joints == ARM:
+        about += ", arm alone"
     costs = LearntCosts(ordered, LENGTH_M, about)
     costs.save(out / FILE, origin=origin)
     write_json(

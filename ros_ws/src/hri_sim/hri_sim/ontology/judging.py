@@ -1,0 +1,180 @@
+"""How well the cases of interaction are told apart: what an evaluation measures, and its report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hri_prediction.ontology.cases import REDUCED, cases
+from hri_prediction.ontology.evaluation import FULL, KINDS
+from hri_prediction.ontology.graph import all_sets, classes, feasible_sets
+from hri_prediction.ontology.picture import draw_cases
+from hri_prediction.ontology.table import SegmentTable
+from hri_prediction.results.progress import ProgressLine
+from hri_sim.ontology import figures
+from hri_sim.ontology.cosine import Found, cosine_lines, seek_all
+from hri_sim.ontology.data import SIMULATED, table_of_data
+from hri_sim.ontology.live import live_lines
+from hri_sim.ontology.pictures import draw_confusions, draw_layouts
+from hri_sim.ontology.report import case_list, evaluation_lines
+from hri_sim.ontology.sessions import DyadStudy, layout_of
+from hri_sim.ontology.splits import RANDOM, SESSIONS, SUBJECT, do_splits, splits_of
+
+CASES, LAYOUTS = "cases.png", "layouts.png"
+LIVE_CASES = (1, 2, 3, 13, 17, 19)
+"""What two people do who are watched live."""
+
+
+@dataclass(frozen=True)
+class Extent:
+    """How much is done.
+
+    Attributes:
+        study: Of simulated dyads.
+        repetitions: Random halves.
+        truths: Known costs that are sought.
+        live: How long people are watched live [s]; 0: not at all.
+    """
+
+    study: DyadStudy
+    repetitions: int
+    truths: int
+    live: float
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """What an evaluation came to.
+
+    Attributes:
+        where: What the segments are of.
+        simulated: Whether of simulated dyads.
+        table: The segments.
+        told: What came of the splits.
+        sought: Known costs that were sought.
+        live: How late cases are told; empty when that was not measured.
+    """
+
+    where: str
+    simulated: bool
+    table: SegmentTable
+    told: figures.Told
+    sought: Sequence[Found]
+    live: dict[str, float | int]
+
+    def results(self) -> dict[str, Any]:
+        """As in ``results.json``."""
+        cosines = [one.cosine for one in self.sought]
+        return {
+            "data": self.where,
+            "counts": counts(),
+            **figures.results(self.told),
+            "live_latency_ms": self.live or None,
+            "piirl_cosine": round(float(np.median(cosines)), 4),
+            "piirl_cosine_least": round(min(cosines), 4),
+        }
+
+    def lines(self, folder: Path, prefix: str = "") -> list[str]:
+        """The report; its pictures are drawn.
+
+        Args:
+            folder: For pictures.
+            prefix: Before their names in the report.
+        """
+        pictures = {labels: prefix + file for labels, file in draw(self.told, folder).items()}
+        text = [about(self.table, self.where) + "\n", *evaluation_lines(self.told, pictures)]
+        if self.live:
+            text += live_lines(self.live)
+        text += cosine_lines(self.sought)
+        draw_cases(folder / CASES)
+        text += ["## The cases\n", *case_list(), f"![The cases as graphs]({prefix}{CASES})\n"]
+        if self.simulated:
+            layouts = {f"case {one.number}": layout_of(one.number, "frontal") for one in cases()}
+            draw_layouts(folder / LAYOUTS, layouts)
+            text.append(f"![The cases as they are simulated]({prefix}{LAYOUTS})\n")
+        return text
+
+
+def counts() -> list[int]:
+    """Sets of edges, those that can be, cases, and classes of the reduced ontology."""
+    return [len(all_sets()), len(feasible_sets()), len(classes()), len(REDUCED)]
+
+
+def about(table: SegmentTable, where: str) -> str:
+    """What the segments are of."""
+    sessions = len(set(table.session.tolist()))
+    return (
+        f"{len(table):,} segments of {sessions} recordings of {len(table.subjects)} people, {where}; "
+        f"{len(set(table.case.tolist()))} of {len(cases())} cases."
+    )
+
+
+def draw(told: figures.Told, folder: Path) -> dict[str, str]:
+    """Draw the confusion matrices; names of the files by what they are of."""
+    orders = {FULL: [n for group in REDUCED for n in group], KINDS[1]: list(range(1, 8))}
+    titles = {RANDOM: "random halves", SESSIONS: "recordings left out", SUBJECT: "persons left out"}
+    found = {}
+    for labels, own in figures.matrices(told).items():
+        known = [n for n in orders[labels] if n in next(iter(own.values())).classes]
+        found[labels] = f"confusion_{labels}.png"
+        shown = {titles[kind]: one for kind, one in own.items()}
+        draw_confusions(folder / found[labels], shown, known)
+    return found
+
+
+def judge(
+    data: str,
+    extent: Extent,
+    seed: int,
+    cost: float,
+    runs: Path,
+    workers: int,
+    progress: ProgressLine,
+) -> Judged:
+    """Do everything.
+
+    Args:
+        data: As ``--data``.
+        extent: How much.
+        seed: Of simulated dyads, and of the splits.
+        cost: Of the machine.
+        runs: Folder of what is done, which is not done again.
+        workers: Processes.
+        progress: Told what is under way.
+    """
+    progress.say("recordings")
+    table = table_of_data(data, extent.study, seed, runs, workers, progress.count)
+    progress.say("splits")
+    told = do_splits(
+        table, splits_of(table, extent.repetitions, seed, cost), runs, workers, progress.count
+    )
+    progress.say("costs that are known, sought")
+    sought = seek_all(extent.study, extent.truths, seed, workers, progress.count)
+    live: dict[str, float | int] = {}
+    if extent.live > 0.0:
+        # Here, as everything else needs no ROS.
+        from hri_sim.launch.watch_cases import measure_live
+
+        progress.say(f"watching people live, {extent.live:g} s")
+        seconds = extent.live / len(LIVE_CASES)
+        live = measure_live(runs / "live", LIVE_CASES, seed, seconds)
+    simulated = data == SIMULATED
+    where = f"simulated dyads, seed {seed}" if simulated else Path(data).name
+    return Judged(where, simulated, table, told, sought, live)
+
+
+def overall_words(found: dict[str, Any]) -> list[str]:
+    """The overall rates, a line for each kind of labels."""
+    return [
+        f"{labels} ontology: "
+        + ", ".join(
+            f"{name.replace('_', ' ')} {100 * found[labels][name]:.1f} %"
+            for name in ("random", "by_session", "by_subject")
+            if found[labels][name] is not None
+        )
+        for labels in KINDS
+    ]

@@ -1,0 +1,124 @@
+"""How long after a movement its case is on the topic, by what a listener has heard."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+WANTED_MS = 50.0
+
+
+@dataclass(frozen=True)
+class Heard:
+    """A message on the topic of cases.
+
+    Attributes:
+        at_ns: When it was heard [ns].
+        complete: Whether of a movement that is over; else of one that is under way.
+        first: Whose movement.
+        number: The case.
+        onset_ns: When the movement began [ns].
+        end_ns: When it ended [ns]; 0 while it is under way.
+        newest_ns: Stamp of the newest sample behind it [ns].
+    """
+
+    at_ns: int
+    complete: bool
+    first: str
+    number: int
+    onset_ns: int
+    end_ns: int
+    newest_ns: int
+
+
+@dataclass(frozen=True)
+class LiveFigures:
+    """What came of movements that were watched live.
+
+    Attributes:
+        movements: How many.
+        case_ms: From the end of each to the next time that its case was told, as it looked by then [ms].
+        known_ms: The same until what was told is what is told of the whole movement in the end [ms].
+        complete_ms: From the end of each until it was certain that it was over, and told [ms].
+        computed_ms: From the newest sample to that message [ms].
+        same: Share whose case, as it looked within 50 ms after the end, was that of the whole movement.
+    """
+
+    movements: int
+    case_ms: tuple[float, ...]
+    known_ms: tuple[float, ...]
+    complete_ms: tuple[float, ...]
+    computed_ms: tuple[float, ...]
+    same: float
+
+
+def figures_of(heard: Sequence[Heard]) -> LiveFigures:
+    """Figures of what was heard on the topic.
+
+    Args:
+        heard: Of movements, in the order of time.
+    """
+    case, known, complete, computed, same = [], [], [], [], []
+    for told in heard:
+        if not told.complete:
+            continue
+        later = [
+            (one.at_ns, one.number)
+            for one in heard
+            if not one.complete
+            and (one.first, one.onset_ns) == (told.first, told.onset_ns)
+            and one.at_ns >= told.end_ns
+        ]
+        later.append((told.at_ns, told.number))
+        case.append((later[0][0] - told.end_ns) / 1e6)
+        right = next(ns for ns, number in later if number == told.number)
+        known.append((right - told.end_ns) / 1e6)
+        soon = [number for ns, number in later if ns - told.end_ns <= WANTED_MS * 1e6]
+        same.append(bool(soon) and soon[-1] == told.number)
+        complete.append((told.at_ns - told.end_ns) / 1e6)
+        computed.append((told.at_ns - told.newest_ns) / 1e6)
+    share = float(np.mean(same)) if same else float("nan")
+    return LiveFigures(
+        len(case), tuple(case), tuple(known), tuple(complete), tuple(computed), share
+    )
+
+
+def live_summary(found: LiveFigures) -> dict[str, float | int]:
+    """For ``results.json``: times [ms]."""
+    told: dict[str, float | int] = {"movements": found.movements}
+    for name, values in (
+        ("case", found.case_ms), ("known", found.known_ms),
+        ("complete", found.complete_ms), ("computed", found.computed_ms),
+    ):  # fmt: skip
+        for share in (50, 99):
+            told[f"{name}_p{share}"] = round(float(np.percentile(values, share)), 2)
+        told[f"{name}_most"] = round(max(values), 2)
+    told["same_within_50_ms"] = round(found.same, 4)
+    return told
+
+
+def live_lines(told: dict[str, float | int]) -> list[str]:
+    """The part of a report that says how late cases are told."""
+    if not told:
+        return ["### Live\n", "No movement was told of.\n"]
+    names = {
+        "case": "the end of a movement, to its case as it looks by then",
+        "known": "the end of a movement, to the case that is told of it in the end",
+        "complete": "the end of a movement, to its being over for certain, and told",
+        "computed": "the newest sample, to that message",
+    }
+    text = [
+        "### Live\n",
+        f"{told['movements']} movements of a dyad process at 250 Hz, watched by a monitor process that is "
+        f"held to one core. Wanted: a case within {WANTED_MS:g} ms of the end. "
+        f"{100 * told['same_within_50_ms']:.0f} % were by then taken for what is told in the end.\n",
+        "| from | p50 [ms] | p99 [ms] | most [ms] |",
+        "| --- | --- | --- | --- |",
+    ]
+    text += [
+        f"| {words} | {told[f'{key}_p50']:.1f} | {told[f'{key}_p99']:.1f} | {told[f'{key}_most']:.1f} |"
+        for key, words in names.items()
+    ]
+    return [*text, ""]

@@ -1,0 +1,114 @@
+"""How hard cases are to tell apart, by how much places differ from session to session."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from hri_prediction.ontology.evaluation import KINDS
+from hri_sim.ontology import figures
+from hri_sim.ontology.data import simulated_table
+from hri_sim.ontology.sessions import DyadStudy, sessions_of
+from hri_sim.ontology.splits import RANDOM, SESSIONS, SUBJECT, Split, do_splits
+
+JITTERS_M = (0.0, 0.02, 0.04, 0.06, 0.08)
+SPLITS = (RANDOM, SESSIONS, SUBJECT)
+NAMES = {
+    RANDOM: "random halves", SESSIONS: "recordings left out", SUBJECT: "persons left out",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Swept:
+    """Rates at one jitter, from 0 to 1, by split and kind of labels.
+
+    Attributes:
+        jitter: Of an action space's place [m].
+        rates: By the labels and the kind of split.
+    """
+
+    jitter: float
+    rates: Mapping[tuple[str, str], float]
+
+
+def sweep(
+    study: DyadStudy,
+    jitters: Sequence[float],
+    repetitions: int,
+    seed: int,
+    cost: float,
+    runs: Path,
+    workers: int,
+    progress: Callable[[str], Callable[[int, int], None]],
+) -> list[Swept]:
+    """Rates at several jitters.
+
+    Args:
+        study: All else.
+        jitters: Of an action space's place [m].
+        repetitions: Of random halves, and of recordings left out.
+        seed: Of sessions and splits.
+        cost: Of the machine.
+        runs: Folder of what is kept.
+        workers: Processes.
+        progress: Given what is done, tells how much of it.
+    """
+    found = []
+    for jitter in jitters:
+        own = replace(study, layout_jitter=jitter)
+        label = f"jitter {100 * jitter:g} cm"
+        table = simulated_table(
+            sessions_of(own, seed), own, runs, workers, progress(f"{label}: dyads")
+        )
+        splits = [
+            Split(kind, labels, "", seed + number, cost)
+            for number in range(repetitions)
+            for kind in (RANDOM, SESSIONS)
+            for labels in KINDS
+        ]
+        splits += [
+            Split(SUBJECT, labels, who, seed, cost) for who in table.subjects for labels in KINDS
+        ]
+        told = do_splits(table, splits, runs, workers, progress(f"{label}: splits"))
+        shown = figures.matrices(told)
+        rates = {(labels, kind): shown[labels][kind].overall for labels in KINDS for kind in SPLITS}
+        found.append(Swept(jitter, rates))
+    return found
+
+
+def sweep_lines(swept: Sequence[Swept]) -> list[str]:
+    """The part of a report that says what the jitter does."""
+    text = [
+        "### How much places differ\n",
+        "| jitter of places | " + " | ".join(
+            f"{'20 cases' if labels == KINDS[0] else '7 classes'}, {NAMES[kind]}"
+            for labels in KINDS for kind in SPLITS
+        ) + " |",
+        "| --- |" + " --- |" * (len(KINDS) * len(SPLITS)),
+    ]  # fmt: skip
+    for one in swept:
+        cells = [f"{100 * one.rates[labels, kind]:.1f} %" for labels in KINDS for kind in SPLITS]
+        text.append(f"| {100 * one.jitter:g} cm | {' | '.join(cells)} |")
+    return [*text, ""]
+
+
+def draw_sweep(path: Path, swept: Sequence[Swept]) -> None:
+    """Rates by jitter."""
+    figure, both = plt.subplots(1, 2, figsize=(8.5, 3.4), sharey=True, layout="constrained")
+    jitters = 100.0 * np.array([one.jitter for one in swept])
+    for axes, labels in zip(both, KINDS, strict=True):
+        for kind in SPLITS:
+            rates = [100.0 * one.rates[labels, kind] for one in swept]
+            axes.plot(jitters, rates, marker="o", label=NAMES[kind])
+        axes.set_title("20 cases" if labels == KINDS[0] else "7 classes", size=9)
+        axes.set_xlabel("standard deviation of places between sessions [cm]")
+        axes.grid(alpha=0.3)
+    both[0].set_ylabel("recognised [%]")
+    both[0].set_ylim(0.0, 100.0)
+    both[0].legend(fontsize=7)
+    figure.savefig(path, dpi=110)
+    plt.close(figure)

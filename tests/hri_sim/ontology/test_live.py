@@ -1,0 +1,47 @@
+"""What is made of messages that were heard live."""
+
+from __future__ import annotations
+
+import math
+
+from hri_sim.ontology.live import Heard, figures_of, live_lines, live_summary
+
+MS = 1_000_000
+
+
+def told(at_ms: int, number: int, *, first: str = "a", end_ms: int = 0) -> Heard:
+    """Of a movement that began after 0.1 s; of one that is over where an end is given."""
+    return Heard(at_ms * MS, end_ms > 0, first, number, 100 * MS, end_ms * MS, 1195 * MS)
+
+
+def test_times_count_from_the_end_of_the_movement() -> None:
+    heard = [
+        told(990, 3),  # before the end
+        told(1010, 7, first="b"),  # somebody else's
+        told(1030, 2),
+        told(1070, 3),
+        told(1200, 3, end_ms=1000),
+    ]
+    found = figures_of(heard)
+    assert found.movements == 1
+    assert found.case_ms == (30.0,)
+    assert found.known_ms == (70.0,)
+    assert found.complete_ms == (200.0,)
+    assert found.computed_ms == (5.0,)
+    assert found.same == 0.0
+    text = "\n".join(live_lines(live_summary(found)))
+    assert "1 movements" in text
+    assert "| 30.0 | 30.0 | 30.0 |" in text
+
+
+def test_what_was_never_told_before_counts_from_the_end_message() -> None:
+    found = figures_of([told(1200, 3, end_ms=1000)])
+    assert found.case_ms == found.known_ms == (200.0,)
+    assert found.same == 0.0
+
+
+def test_nothing_heard() -> None:
+    found = figures_of([])
+    assert found.movements == 0
+    assert math.isnan(found.same)
+    assert "No movement" in "\n".join(live_lines({}))
