@@ -62,14 +62,44 @@ def mark_columns(columns: int, work: Any) -> None:
 
 
 @njit(fastmath=FAST)
+def nearest_on(
+    r: Any,
+    u: Any,
+    v: Any,
+    b: Any,
+    c: Any,
+    f: Any,
+    length: Any,
+    other: Any,
+    near_one: Any,
+    zero: Any,
+) -> Any:
+    """Squared distance of two axes, and the place of the nearest point along the second [m].
+
+    Ericson, Real-Time Collision Detection (2005), section 5.1.9, with unit vectors along the axes and
+    selections for branches. Arguments as :func:`_pair`.
+    """
+    s = (b * f - c) / (near_one - b * b)
+    s = s if s > zero else zero
+    s = s if s < length else length
+    t = b * s + f
+    t = t if t > zero else zero
+    t = t if t < other else other
+    s = b * t - c
+    s = s if s > zero else zero
+    s = s if s < length else length
+    g0 = r[0] + s * u[0] - t * v[0]
+    g1 = r[1] + s * u[1] - t * v[1]
+    g2 = r[2] + s * u[2] - t * v[2]
+    return g0 * g0 + g1 * g1 + g2 * g2, t
+
+
+@njit(fastmath=FAST)
 def _pair(
     r: Any, u: Any, v: Any, b: Any, c: Any, f: Any, length: Any, other: Any, par: Any, wide: Any,
     rise: Any, near_one: Any, zero: Any,
 ) -> Any:  # fmt: skip
     """Collision and contact cost of two capsules, and the distance of their surfaces [m].
-
-    Ericson, Real-Time Collision Detection (2005), section 5.1.9, with unit vectors along the axes and
-    selections for branches.
 
     Args:
         r: From the start of the second axis to the start of the first (3 numbers) [m].
@@ -87,19 +117,8 @@ def _pair(
         zero: 0 of the type to compute in.
     """
     radii, contact, hinge, contact_hinge = par
-    s = (b * f - c) / (near_one - b * b)
-    s = s if s > zero else zero
-    s = s if s < length else length
-    t = b * s + f
-    t = t if t > zero else zero
-    t = t if t < other else other
-    s = b * t - c
-    s = s if s > zero else zero
-    s = s if s < length else length
-    g0 = r[0] + s * u[0] - t * v[0]
-    g1 = r[1] + s * u[1] - t * v[1]
-    g2 = r[2] + s * u[2] - t * v[2]
-    gap = np.sqrt(g0 * g0 + g1 * g1 + g2 * g2) - radii
+    squared, t = nearest_on(r, u, v, b, c, f, length, other, near_one, zero)
+    gap = np.sqrt(squared) - radii
     x = (wide + rise * t - gap) * hinge
     x = x if x > zero else zero
     y = (contact - gap) * contact_hinge
@@ -156,9 +175,9 @@ def _arm(padded: int, arm: Any, reach: Any, body: Any, par: Any, robot: Any, out
         r1 = (-h[0], -h[1], base - h[2])
         r2 = (p[0] - h[0], p[1] - h[1], p[2] - h[2])
         r3 = (w[0] - h[0], w[1] - h[1], w[2] - h[2])
-        c1, c2, c3 = _dot(u1, r1), _dot(u2, r2), _dot(u3, r3)
-        b1, b2, b3 = _dot(u1, v), _dot(u2, v), _dot(u3, v)
-        f = _dot(v, r1)
+        c1, c2, c3 = dot(u1, r1), dot(u2, r2), dot(u3, r3)
+        b1, b2, b3 = dot(u1, v), dot(u2, v), dot(u3, v)
+        f = dot(v, r1)
         x, y, near = _pair(r1, u1, v, b1, c1, f, l1, other, k11, wide, rise, near_one, zero)
         f = f + l1 * b1
         x2, y2, gap = _pair(r2, u2, v, b2, c2, f, l2, other, k21, wide, rise, near_one, zero)
@@ -180,8 +199,8 @@ def _arm(padded: int, arm: Any, reach: Any, body: Any, par: Any, robot: Any, out
         r1 = (-h[0], -h[1], base - h[2])
         r2 = (p[0] - h[0], p[1] - h[1], p[2] - h[2])
         r3 = (w[0] - h[0], w[1] - h[1], w[2] - h[2])
-        b1, b2, b3 = _dot(u1, v), _dot(u2, v), _dot(u3, v)
-        f = _dot(v, r1)
+        b1, b2, b3 = dot(u1, v), dot(u2, v), dot(u3, v)
+        f = dot(v, r1)
         x2, y2, gap = _pair(r1, u1, v, b1, c1, f, l1, other, k12, wide, rise, near_one, zero)
         x, y, near = x + x2, y + y2, (near if near < gap else gap)
         f = f + l1 * b1
@@ -204,8 +223,8 @@ def _arm(padded: int, arm: Any, reach: Any, body: Any, par: Any, robot: Any, out
         r1 = (-h[0], -h[1], base - h[2])
         r2 = (p[0] - h[0], p[1] - h[1], p[2] - h[2])
         r3 = (w[0] - h[0], w[1] - h[1], w[2] - h[2])
-        b1, b2, b3 = _dot(u1, v), _dot(u2, v), _dot(u3, v)
-        f = _dot(v, r1)
+        b1, b2, b3 = dot(u1, v), dot(u2, v), dot(u3, v)
+        f = dot(v, r1)
         x2, y2, gap = _pair(r1, u1, v, b1, c1, f, l1, other, k13, wide, rise, near_one, zero)
         x, y, near = x + x2, y + y2, (near if near < gap else gap)
         f = f + l1 * b1
@@ -221,7 +240,8 @@ def _arm(padded: int, arm: Any, reach: Any, body: Any, par: Any, robot: Any, out
 
 
 @njit(fastmath=FAST)
-def _dot(x: Any, y: Any) -> Any:
+def dot(x: Any, y: Any) -> Any:
+    """Scalar product of two vectors, three numbers each."""
     return x[0] * y[0] + x[1] * y[1] + x[2] * y[2]
 
 

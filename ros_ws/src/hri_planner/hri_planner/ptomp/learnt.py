@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from hri_planner.ptomp.clearance import padded_columns
+from hri_planner.ptomp.clearance import dot, nearest_on, padded_columns
 from hri_planner.ptomp.layout import (
     ARM_AXIS,
     ARM_LENGTH,
@@ -84,8 +84,6 @@ def _add_segments(
 ) -> None:  # fmt: skip
     """Add a part of the robot and a limb of a person, by the distance of their axes.
 
-    The formulas are those of ``_pair`` in :mod:`hri_planner.ptomp.clearance`.
-
     Args:
         padded: Number of columns, rounded up.
         start: Of the part (3 * ROW,).
@@ -102,26 +100,15 @@ def _add_segments(
     real = out.dtype.type
     zero, series = real(0.0), _series(real)
     for i in range(padded):
-        u0, u1, u2 = axis[i], axis[ROW + i], axis[2 * ROW + i]
-        v0, v1, v2 = along[i], along[ROW + i], along[2 * ROW + i]
-        r0 = start[i] - limb[i]
-        r1 = start[ROW + i] - limb[ROW + i]
-        r2 = start[2 * ROW + i] - limb[2 * ROW + i]
-        b = u0 * v0 + u1 * v1 + u2 * v2
-        c = u0 * r0 + u1 * r1 + u2 * r2
-        f = v0 * r0 + v1 * r1 + v2 * r2
-        other = reach[i]
-        s = (b * f - c) / (near_one - b * b)
-        s = s if s > zero else zero
-        s = s if s < length else length
-        t = b * s + f
-        t = t if t > zero else zero
-        t = t if t < other else other
-        s = b * t - c
-        s = s if s > zero else zero
-        s = s if s < length else length
-        x, y, z = r0 + s * u0 - t * v0, r1 + s * u1 - t * v1, r2 + s * u2 - t * v2
-        out[i] += weight * _nearness(x * x + y * y + z * z, steep, series)
+        u = (axis[i], axis[ROW + i], axis[2 * ROW + i])
+        v = (along[i], along[ROW + i], along[2 * ROW + i])
+        r = (
+            start[i] - limb[i], start[ROW + i] - limb[ROW + i], start[2 * ROW + i] - limb[2 * ROW + i],
+        )  # fmt: skip
+        squared, _ = nearest_on(
+            r, u, v, dot(u, v), dot(u, r), dot(v, r), length, reach[i], near_one, zero
+        )
+        out[i] += weight * _nearness(squared, steep, series)
 
 
 @njit(fastmath=FAST)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -83,6 +84,18 @@ def do_case(job: CaseJob) -> tuple[str, CaseCosts | str]:
     spread = SPREADS[job.joints]
     found = learn_costs(movements, rng, samples=job.samples, spread=spread, penalty=job.penalty)
     return job.case, CaseCosts(found.weights, found.scale, len(movements))
+
+
+def do_cases(
+    jobs: Sequence[CaseJob], workers: int, progress: Callable[[int, int], None]
+) -> dict[str, CaseCosts | str]:
+    """Learn several cases, in the order of the jobs; a text says why one cannot be learnt."""
+    found: dict[str, CaseCosts | str] = {}
+    with closing(do_all(do_case, jobs, workers=workers)) as results:
+        for name, learnt in results:
+            found[name] = learnt
+            progress(len(found), len(jobs))
+    return {job.case: found[job.case] for job in jobs}
 
 
 def draw_costs(path: Path, costs: LearntCosts) -> None:
@@ -186,7 +199,7 @@ def learn(
     origin, study = results_origin(), SMOKE if smoke else DyadStudy()
     names = [find_case(name).name for name in case or ()]
     if data == SIMULATED:
-        chosen = _simulated(
+        chosen = simulated_cases(
             names or list(DEFAULT_CASES), study, SMOKE_PEOPLE if smoke else people, seed
         )
         about = f"simulated dyads, seed {seed}"
@@ -197,21 +210,15 @@ def learn(
         CaseJob(name, tuple(own), tuple(recorded), study, samples, penalty, seed, joints)
         for name, own, recorded in chosen
     ]
-    found: dict[str, CaseCosts] = {}
-    with (
-        ProgressLine(console) as progress,
-        closing(do_all(do_case, jobs, workers=workers or available_cores())) as results,
-    ):
+    with ProgressLine(console) as progress:
         progress.say("cases")
-        for number, (name, learnt) in enumerate(results, start=1):
-            progress.count(number, len(jobs))
-            if isinstance(learnt, str):
-                console.print(f"{name}: {learnt}", highlight=False)
-            else:
-                found[name] = learnt
-    if not found:
+        told = do_cases(jobs, workers or available_cores(), progress.count)
+    ordered = {name: one for name, one in told.items() if not isinstance(one, str)}
+    for name, one in told.items():
+        if isinstance(one, str):
+            console.print(f"{name}: {one}", highlight=False)
+    if not ordered:
         raise DataError(f"--data {data}: nothing to learn from")
-    ordered = {job.case: found[job.case] for job in jobs if job.case in found}
     if joints == ARM:
         about += ", arm alone"
     costs = LearntCosts(ordered, LENGTH_M, about)
@@ -228,7 +235,8 @@ def learn(
 _Jobs = list[tuple[str, list[Session], list[RecordedSession]]]
 
 
-def _simulated(names: list[str], study: DyadStudy, people: int, seed: int) -> _Jobs:
+def simulated_cases(names: Sequence[str], study: DyadStudy, people: int, seed: int) -> _Jobs:
+    """The simulated sessions that some cases are learnt from: so many people in each position."""
     sessions = sessions_of(study, seed)
     found: _Jobs = []
     for name in names:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -15,15 +16,11 @@ from hri_prediction.results.options import Workers, make_folders, resumable
 from hri_prediction.results.origin import available_cores, origin_line, results_origin
 from hri_prediction.results.progress import ProgressLine
 from hri_sim.ontology.data import SIMULATED
-from hri_sim.ontology.judging import Extent, judge, overall_words
-from hri_sim.ontology.sessions import DyadStudy
-from hri_sim.ontology.training_command import RUNS, SMOKE
+from hri_sim.ontology.judging import FULL_EXTENT, SMOKE_EXTENT, judge, overall_words
+from hri_sim.ontology.training_command import RUNS
 from hri_sim.readability_report.run_folder import write_json
 
 FILE, TEXT = "results.json", "ontology.md"
-REPETITIONS, SMOKE_REPETITIONS = 100, 2
-TRUTHS, SMOKE_TRUTHS = 20, 1
-LIVE_S, SMOKE_LIVE_S = 120.0, 12.0
 SEED = 1
 """Of the dyads that are judged: others than those that the shipped classifier has learnt."""
 DOMAIN = "77"
@@ -46,7 +43,7 @@ def evaluate_ontology(
     repetitions: Annotated[
         int | None,
         typer.Option(
-            help=f"Random halves. Default: {REPETITIONS}; smoke: {SMOKE_REPETITIONS}.",
+            help=f"Random halves. Default: {FULL_EXTENT.repetitions}; smoke: {SMOKE_EXTENT.repetitions}.",
             min=1,
             show_default=False,
         ),
@@ -57,8 +54,8 @@ def evaluate_ontology(
     live: Annotated[
         float | None,
         typer.Option(
-            help=f"How long people are watched live, by node processes [s]; 0: not. Default: {LIVE_S:g}; "
-            f"smoke: {SMOKE_LIVE_S:g}.",
+            help="How long people are watched live, by node processes [s]; 0: not. Default: "
+            f"{FULL_EXTENT.live:g}; smoke: {SMOKE_EXTENT.live:g}.",
             min=0.0,
             show_default=False,
         ),
@@ -82,18 +79,18 @@ def evaluate_ontology(
     make_folders(out=out, runs=runs)
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     origin = results_origin()
-    extent = Extent(
-        SMOKE if smoke else DyadStudy(),
-        repetitions or (SMOKE_REPETITIONS if smoke else REPETITIONS),
-        SMOKE_TRUTHS if smoke else TRUTHS,
-        live if live is not None else (SMOKE_LIVE_S if smoke else LIVE_S),
+    extent = SMOKE_EXTENT if smoke else FULL_EXTENT
+    extent = replace(
+        extent,
+        repetitions=repetitions or extent.repetitions,
+        live=extent.live if live is None else live,
     )
     with resumable(console, runs), ProgressLine(console) as progress:
         found = judge(data, extent, seed, cost, runs, workers or available_cores(), progress)
     results = found.results()
     write_json(out / FILE, {"origin": origin, **results})
     head = ["# How well the cases of interaction are told apart\n", f"{origin_line(origin)}\n"]
-    (out / TEXT).write_text("\n".join([*head, *found.lines(out)]))
+    (out / TEXT).write_text("\n".join([*head, *found.lines(out), *found.case_lines(out)]))
     for line in overall_words(results):
         console.print(line, highlight=False)
     console.print(f"tables: {out / TEXT}", highlight=False, soft_wrap=True)

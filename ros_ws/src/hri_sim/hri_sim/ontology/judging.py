@@ -23,6 +23,7 @@ from hri_sim.ontology.pictures import draw_confusions, draw_layouts
 from hri_sim.ontology.report import case_list, evaluation_lines
 from hri_sim.ontology.sessions import DyadStudy, layout_of
 from hri_sim.ontology.splits import RANDOM, SESSIONS, SUBJECT, do_splits, splits_of
+from hri_sim.ontology.training_command import SMOKE
 
 CASES, LAYOUTS = "cases.png", "layouts.png"
 LIVE_CASES = (1, 2, 3, 13, 17, 19)
@@ -44,6 +45,10 @@ class Extent:
     repetitions: int
     truths: int
     live: float
+
+
+FULL_EXTENT = Extent(DyadStudy(), 100, 20, 120.0)
+SMOKE_EXTENT = Extent(SMOKE, 2, 1, 12.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +84,7 @@ class Judged:
         }
 
     def lines(self, folder: Path, prefix: str = "") -> list[str]:
-        """The report; its pictures are drawn.
+        """The report on how well cases are told apart; its pictures are drawn.
 
         Args:
             folder: For pictures.
@@ -89,9 +94,12 @@ class Judged:
         text = [about(self.table, self.where) + "\n", *evaluation_lines(self.told, pictures)]
         if self.live:
             text += live_lines(self.live)
-        text += cosine_lines(self.sought)
+        return text + cosine_lines(self.sought)
+
+    def case_lines(self, folder: Path, prefix: str = "") -> list[str]:
+        """The report on the cases themselves; arguments as :meth:`lines`."""
         draw_cases(folder / CASES)
-        text += ["## The cases\n", *case_list(), f"![The cases as graphs]({prefix}{CASES})\n"]
+        text = ["## The cases\n", *case_list(), f"![The cases as graphs]({prefix}{CASES})\n"]
         if self.simulated:
             layouts = {f"case {one.number}": layout_of(one.number, "frontal") for one in cases()}
             draw_layouts(folder / LAYOUTS, layouts)

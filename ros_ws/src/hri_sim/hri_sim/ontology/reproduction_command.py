@@ -14,27 +14,29 @@ from hri_prediction.errors import HriError
 from hri_prediction.extras import check_scikit_learn
 from hri_prediction.ontology.classifier import COST, InteractionClassifier
 from hri_prediction.ontology.cost_file import LearntCosts, load_costs
+from hri_prediction.ontology.costs import LENGTH_M
+from hri_prediction.ontology.movements import SAMPLES
 from hri_prediction.ontology.shipped import SHIPPED, SHIPPED_COSTS
 from hri_prediction.results.options import Workers, make_folders, resumable
 from hri_prediction.results.origin import available_cores, origin_line, results_origin
 from hri_prediction.results.progress import ProgressLine
 from hri_sim.ontology import handovers, planned
-from hri_sim.ontology.costs_command import DEFAULT_CASES, cost_table, draw_all_costs, draw_costs
-from hri_sim.ontology.data import SIMULATED
-from hri_sim.ontology.evaluation_command import (
-    DOMAIN,
-    LIVE_S,
-    REPETITIONS,
-    SEED,
-    SMOKE_LIVE_S,
-    SMOKE_REPETITIONS,
-    SMOKE_TRUTHS,
-    TRUTHS,
+from hri_sim.ontology.costs_command import (
+    DEFAULT_CASES,
+    PEOPLE,
+    SMOKE_PEOPLE,
+    CaseJob,
+    cost_table,
+    do_cases,
+    draw_all_costs,
+    draw_costs,
+    simulated_cases,
 )
-from hri_sim.ontology.judging import Extent, judge, overall_words
-from hri_sim.ontology.sessions import DyadStudy
+from hri_sim.ontology.data import SIMULATED
+from hri_sim.ontology.evaluation_command import DOMAIN, SEED
+from hri_sim.ontology.judging import FULL_EXTENT, SMOKE_EXTENT, judge, overall_words
 from hri_sim.ontology.sweep import JITTERS_M, Swept, draw_sweep, sweep, sweep_lines
-from hri_sim.ontology.training_command import RUNS, SMOKE
+from hri_sim.ontology.training_command import RUNS
 from hri_sim.readability_report.run_folder import write_json
 
 DATA_VARIABLE = "HRI_DATA_DIR"
@@ -64,19 +66,25 @@ def real_lines() -> list[str]:
     return handovers.handover_lines(handovers.label(trials, InteractionClassifier.load(SHIPPED)))
 
 
-def cost_lines(costs: LearntCosts, folder: Path) -> list[str]:
-    """The part on what people avoid, with pictures."""
-    shown = LearntCosts(
-        {name: costs.cases[name] for name in DEFAULT_CASES}, costs.length, costs.about
-    )
-    draw_costs(folder / BARS, shown)
-    draw_all_costs(folder / ALL, costs)
+def cost_lines(first: LearntCosts, shipped: LearntCosts, folder: Path) -> list[str]:
+    """The part on what people avoid, with pictures.
+
+    Args:
+        first: Of the first cases, all joints.
+        shipped: Of all cases.
+        folder: For pictures.
+    """
+    draw_costs(folder / BARS, first)
+    draw_all_costs(folder / ALL, shipped)
     return [
         "## What people avoid\n",
-        f"Costs that ship ({costs.about}), learnt by path-integral inverse reinforcement learning.\n",
-        *cost_table(costs),
+        f"Path-integral inverse reinforcement learning. Figure 4.5: {first.about}, all fourteen joints.\n",
+        *cost_table(first),
         "",
         f"![Weights of the first cases, like figure 4.5]({PICTURES}/{BARS})\n",
+        f"Those that ship, for robots: {shipped.about}.\n",
+        *cost_table(shipped),
+        "",
         f"![Weights of all cases]({PICTURES}/{ALL})\n",
     ]
 
@@ -127,13 +135,8 @@ def reproduce_ontology(
     pictures.mkdir(exist_ok=True)
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     origin, cores = results_origin(), workers or available_cores()
-    study = SMOKE if smoke else DyadStudy()
-    extent = Extent(
-        study,
-        SMOKE_REPETITIONS if smoke else REPETITIONS,
-        SMOKE_TRUTHS if smoke else TRUTHS,
-        SMOKE_LIVE_S if smoke else LIVE_S,
-    )
+    extent = SMOKE_EXTENT if smoke else FULL_EXTENT
+    study = extent.study
     with resumable(console, runs), ProgressLine(console) as progress:
 
         def begun(text: str) -> Callable[[int, int], None]:
@@ -145,11 +148,18 @@ def reproduce_ontology(
             study, JITTERS_M[:2] if smoke else JITTERS_M, 1 if smoke else SWEEP_REPETITIONS, seed, COST,
             runs, cores, begun,
         )  # fmt: skip
+        chosen = simulated_cases(DEFAULT_CASES, study, SMOKE_PEOPLE if smoke else PEOPLE, seed)
+        jobs = [CaseJob(name, tuple(own), (), study, SAMPLES, 1.0, seed) for name, own, _ in chosen]
+        learnt = do_cases(jobs, cores, begun("costs of the first cases"))
         cases = PLANNED_CASES[:1] if smoke else PLANNED_CASES
         ways = planned.compare(
             cases, SMOKE_REACHES if smoke else REACHES, seed, cores, begun("reaches of the robot")
         )
-    costs = load_costs(SHIPPED_COSTS)
+    first = LearntCosts(
+        {name: one for name, one in learnt.items() if not isinstance(one, str)},
+        LENGTH_M,
+        f"simulated dyads, seed {seed}",
+    )
     results = {
         "origin": origin,
         **found.results(),
@@ -177,9 +187,10 @@ def reproduce_ontology(
         *sweep_lines(swept),
         f"![Rates by jitter]({PICTURES}/{SWEPT})\n",
         *real_lines(),
-        *cost_lines(costs, pictures),
+        *cost_lines(first, load_costs(SHIPPED_COSTS), pictures),
         *planned.effect_lines(ways, cases),
         f"![Ways of the tool]({PICTURES}/{WAYS})\n",
+        *found.case_lines(pictures, f"{PICTURES}/"),
     ]
     (out / TEXT).write_text("\n".join(text))
     for line in overall_words(results):

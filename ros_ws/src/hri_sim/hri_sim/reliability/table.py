@@ -78,7 +78,7 @@ def _line(result: Result) -> str:
 def _short(result: Result, figure: Figure) -> str:
     """What a figure came to; empty for what must not be, and was not, and for what there was none of."""
     values = result.values(figure)
-    if figure.limit is None and result.worst(figure) == 0.0:
+    if figure.limit is None and not any(values):
         return ""
     if not values or (not figure.unit and not result.missed(figure)):
         return ""
