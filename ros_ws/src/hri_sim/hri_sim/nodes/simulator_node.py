@@ -37,7 +37,8 @@ PERIOD_S = 0.004
 NOBODY = 1e9
 """Clearance when nobody is in the scene [m]."""
 MAX_CATCH_UP = 125
-"""Periods that a late tick makes up for; beyond, simulated time slips and a fault is noted."""
+"""Periods that a late tick makes up for; beyond, simulated time slips and a fault is noted. In as
+long, the heartbeat's watchdog brings the robot to rest: like a real one it stands when heard again."""
 _STATES = {
     IDLE: ControllerState.IDLE,
     TRACKING: ControllerState.TRACKING,
@@ -213,16 +214,24 @@ class SimulatorNode(HriNode):
             self.fault(
                 "slip", f"the clock {what} by {abs(due) * PERIOD_S:.3f} s; simulated time goes on"
             )
+            made_up = MAX_CATCH_UP if due > 0 else 0
+            self._advance(made_up)
             self._rebase(now_ns - period)
-            due = 1
-        for _ in range(due):
+            self._advance(1)
+            due = made_up + 1
+        else:
+            self._advance(due)
+        if due:
+            self._busy_s.append((time.perf_counter() - start) / due)
+
+    def _advance(self, periods: int) -> None:
+        period = seconds_to_ns(PERIOD_S)
+        for _ in range(periods):
             stamp_ns = self._base_ns + self._simulation.time_ns + period
             for name, timeline in self._arms.timelines.items():
                 self._simulation.set_arm(name, timeline.at(stamp_ns))
             self._simulation.step(period // STEP_NS)
             self._publish(stamp_ns)
-        if due:
-            self._busy_s.append((time.perf_counter() - start) / due)
 
     def _publish(self, stamp_ns: int) -> None:
         simulation = self._simulation
