@@ -15,11 +15,15 @@ from typing import Any
 from rclpy.context import Context
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
+from rclpy.qos import HistoryPolicy, QoSProfile
 
 from hri_prediction.errors import GraphError
 from hri_prediction.ros.node import HriNode
 from hri_prediction.ros.qos import LATCHED
 from hri_prediction.ros.time import seconds_to_ns
+
+LOG_DEPTH = 200
+"""Messages of a topic that the log may be behind: it loses nothing of what is made up for in one tick."""
 
 
 class TopicLog(Node):
@@ -52,7 +56,13 @@ class TopicLog(Node):
             self.received[topic] += 1
             self.messages[topic].append((self.now_ns, bytes(data)))
 
-        self.create_subscription(message_type, topic, store, qos, raw=True)
+        deep = QoSProfile(
+            history=HistoryPolicy.KEEP_LAST,
+            depth=max(qos.depth, LOG_DEPTH),
+            reliability=qos.reliability,
+            durability=qos.durability,
+        )
+        self.create_subscription(message_type, topic, store, deep, raw=True)
 
 
 class LockStep:
