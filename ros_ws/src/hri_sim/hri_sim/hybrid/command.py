@@ -24,6 +24,7 @@ from hri_prediction.results.progress import ProgressLine
 from hri_prediction.results.workers import do_all
 from hri_sim.hybrid import pictures, tables
 from hri_sim.hybrid.latency import measure, stream
+from hri_sim.hybrid.others_weights import others_weights
 from hri_sim.hybrid.real import SOURCE, read, run_real
 from hri_sim.hybrid.report import report
 from hri_sim.hybrid.subjects import (
@@ -133,9 +134,11 @@ def of_real() -> dict[str, Any]:
         return {"skipped": f"{SOURCE} is not in ${DATA_VARIABLE}"}
     try:
         repeated, skipped = read(file)
+        course = run_real(repeated)
+        by_others = others_weights(repeated, course.whys)
     except HriError as error:
         return {"skipped": str(error)}
-    return {**tables.of_real(run_real(repeated)), "unusable": skipped}
+    return {**tables.of_real(course), "others_weights": by_others, "unusable": skipped}
 
 
 @app.command(context_settings={"help_option_names": ["-h", "--help"]})

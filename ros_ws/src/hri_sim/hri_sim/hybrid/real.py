@@ -17,6 +17,7 @@ from hri_prediction.hybrid.config import HybridConfig
 from hri_prediction.hybrid.person import HybridPerson, Rest, SeenReach
 from hri_prediction.hybrid.task import TaskKey
 from hri_prediction.hybrid.weight_file import load_process
+from hri_prediction.hybrid.weight_process import WeightProcess
 from hri_prediction.hybrid.why import Why
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.library import demonstration
@@ -165,19 +166,36 @@ def run_real(repeated: list[Repeated]) -> RealCourse:
     return RealCourse(judged, divergences, whys)
 
 
-def _begin(
-    each: Repeated, reach: SeenReach, paths: list[Array]
-) -> tuple[HybridPerson, TaskKey, dict[str, Guess]] | str:
-    """First guesses from where an arm rests before its first reach; or why there are none."""
-    config, predictor = HybridConfig(), PredictorConfig()
-    person = HybridPerson({each.target: each.tip}, load_process(), predictor, config)
+def first_guess(
+    each: Repeated, reach: SeenReach, people: WeightProcess
+) -> tuple[HybridPerson, TaskKey]:
+    """What optimal control expects from where an arm rests before its first reach.
+
+    Args:
+        each: Whose target it is.
+        reach: Where it begins.
+        people: Which weights are expected of anybody.
+
+    Raises:
+        HriError: nothing can be expected.
+    """
+    person = HybridPerson({each.target: each.tip}, people, PredictorConfig(), HybridConfig())
     points = np.zeros((4, 3))
     points[1], points[2] = reach.values[0, :3], reach.values[0, 3:]
     points[3] = reach.start_tip - reach.shoulder
+    person.at_rest(Rest(reach.body, points))
+    (key,) = person.tasks
+    return person, key
+
+
+def _begin(
+    each: Repeated, reach: SeenReach, paths: list[Array]
+) -> tuple[HybridPerson, TaskKey, dict[str, Guess]] | str:
+    """All first guesses; or why there are none."""
     try:
-        person.at_rest(Rest(reach.body, points))
-        ((key, task),) = person.tasks.items()
-        made = other_guesses(person.rules, task, reach, task.geometry, paths, config.duration)
+        person, key = first_guess(each, reach, load_process())
+        task, duration_s = person.tasks[key], person.config.duration
+        made = other_guesses(person.rules, task, reach, task.geometry, paths, duration_s)
     except HriError as error:
         return str(error)
     return person, key, {OPTIMAL: Guess(person.rules, task), **made}

@@ -161,6 +161,13 @@ def _real(found: Mapping[str, Any]) -> list[str]:
         if found["explained"]
         else "No mean path was explained.",
     ]
+    by = found["others_weights"]
+    text.append(
+        f"\nBefore any reach was seen, with the weights that ship: {_cm(by['shipped_cm'])}; with a process "
+        f"of weights fitted to those that explain all *other* recorded people: {_cm(by['others_cm'])} "
+        f"(means over {by['reaches']} reaches). Other weights are not what is lacking: what a first "
+        "guess is off by is where this person's path lies."
+    )
     if found["not_explained"]:
         text.append(
             "\nLeft out: "

@@ -1,0 +1,62 @@
+"""First guesses by the weights of other people."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hri_prediction.errors import DataError
+from hri_prediction.hybrid.weight_file import load_process
+from hri_prediction.hybrid.weight_process import WeightData
+from hri_prediction.hybrid.why import Why
+from hri_sim.hybrid import others_weights as module
+from hri_sim.hybrid.others_weights import others_weights
+from hri_sim.hybrid.real import Repeated
+from hri_sim.hybrid.subjects import POINTS, VARIABILITY_M, draw_subjects
+
+NAMES = load_process().names
+
+
+def people(count: int) -> tuple[list[Repeated], dict[tuple[str, str], Why | str]]:
+    """Simulated ones, each with two reaches for one target, and weights that are said to explain them."""
+    rng = np.random.default_rng(3)
+    repeated: list[Repeated] = []
+    whys: dict[tuple[str, str], Why | str] = {}
+    for index, subject in enumerate(draw_subjects(count, "optimal", rng)):
+        target = sorted(subject.habits)[0]
+        reaches = tuple(subject.reach(target, rng, VARIABILITY_M) for _ in range(2))
+        assert len(reaches[0].values) == POINTS
+        tip = np.median([reach.end_tip - reach.shoulder for reach in reaches], axis=0)
+        repeated.append(Repeated(f"P{index} right", target, reaches, tip))
+        alpha = rng.dirichlet(np.ones(len(NAMES)))
+        sd = np.full(len(NAMES), 0.1)
+        ends = rng.uniform(-0.5, 0.5, (2, 1, 3))
+        data = WeightData.of(NAMES, ends[0], ends[1], alpha[None], sd[None])
+        whys[repeated[-1].person, target] = Why(target, alpha, sd, 0.02, 0.01, data)
+    return repeated, whys
+
+
+def test_nobody_is_guessed_by_their_own_weights(monkeypatch: pytest.MonkeyPatch) -> None:
+    repeated, whys = people(11)
+    fitted: list[WeightData] = []
+
+    def fit(data: WeightData) -> object:
+        fitted.append(data)
+        return load_process()
+
+    monkeypatch.setattr(module, "fit_process", fit)
+    found = others_weights(repeated[:2], whys)
+    assert found["reaches"] == 4
+    assert found["others_cm"] == found["shipped_cm"]  # the process was replaced by that which ships
+    assert 0.0 < found["shipped_cm"] < 10.0
+    for data, each in zip(fitted, repeated, strict=False):
+        why = whys[each.person, each.target]
+        assert isinstance(why, Why)
+        assert len(data) == 10
+        assert not (data.inputs == why.data.inputs).all(axis=1).any()
+
+
+def test_too_few_people_are_refused() -> None:
+    repeated, whys = people(3)
+    with pytest.raises(DataError, match="2 reaches of people other than P0"):
+        others_weights(repeated, whys)
