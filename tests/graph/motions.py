@@ -11,7 +11,6 @@ from hri_planner.robot.model import load_robot
 from hri_prediction.errors import GraphError
 from hri_prediction.ros.messages import ReachTarget
 from hri_prediction.ros.time import to_ns
-from hri_sim.nodes.simulator_node import PERIOD_S
 from hri_sim.scenario.schema import Scenario
 from hri_sim.testing import Graph, ReachHandle, cue, reach
 from hri_sim.testing.messages import numbers
@@ -60,18 +59,13 @@ def stop_time_ms(graph: Graph, since_s: float) -> float:
 
 
 def largest_reference_step(graph: Graph, topic: str = REFERENCE, since_s: float = 0.0) -> float:
-    """Largest step of the reference in a period of its messages, any joint [rad].
-
-    Where messages were lost, as happens when many come at once, the mean of the periods between.
-    """
+    """Largest step of the reference between two of its messages, any joint [rad]."""
     found = [
-        (to_ns(m.header.stamp) * 1e-9, m.reference_position)
+        m.reference_position
         for m in graph.messages(topic)
         if to_ns(m.header.stamp) * 1e-9 >= since_s
     ]
-    times_s, places = (np.array(column) for column in zip(*found, strict=True))
-    periods = np.maximum(np.round(np.diff(times_s) / PERIOD_S), 1.0)
-    return float((np.abs(np.diff(places, axis=0)).max(axis=1) / periods).max())
+    return float(np.abs(np.diff(np.array(found), axis=0)).max())
 
 
 def goal_at(position: Any, duration: float = 1.5, frame: str = "world") -> ReachTarget.Goal:

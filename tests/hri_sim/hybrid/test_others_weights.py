@@ -12,6 +12,7 @@ from hri_prediction.hybrid.why import Why
 from hri_sim.hybrid import others_weights as module
 from hri_sim.hybrid.others_weights import others_weights
 from hri_sim.hybrid.real import Repeated
+from hri_sim.hybrid.report import _by_others
 from hri_sim.hybrid.subjects import POINTS, VARIABILITY_M, draw_subjects
 
 NAMES = load_process().names
@@ -60,3 +61,8 @@ def test_too_few_people_are_refused() -> None:
     repeated, whys = people(3)
     with pytest.raises(DataError, match="2 reaches of people other than P0"):
         others_weights(repeated, whys)
+
+
+def test_the_report_has_figures_or_the_reason_why_there_are_none() -> None:
+    assert "2.40 cm" in _by_others({"shipped_cm": 2.5, "others_cm": 2.4, "reaches": 8})
+    assert "too few" in _by_others({"skipped": "too few"})

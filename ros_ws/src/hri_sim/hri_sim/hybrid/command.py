@@ -135,9 +135,13 @@ def of_real() -> dict[str, Any]:
     try:
         repeated, skipped = read(file)
         course = run_real(repeated)
-        by_others = others_weights(repeated, course.whys)
     except HriError as error:
         return {"skipped": str(error)}
+    by_others: dict[str, Any]
+    try:
+        by_others = others_weights(repeated, course.whys)
+    except HriError as error:
+        by_others = {"skipped": str(error)}
     return {**tables.of_real(course), "others_weights": by_others, "unusable": skipped}
 
 

@@ -161,13 +161,7 @@ def _real(found: Mapping[str, Any]) -> list[str]:
         if found["explained"]
         else "No mean path was explained.",
     ]
-    by = found["others_weights"]
-    text.append(
-        f"\nBefore any reach was seen, with the weights that ship: {_cm(by['shipped_cm'])}; with a process "
-        f"of weights fitted to those that explain all *other* recorded people: {_cm(by['others_cm'])} "
-        f"(means over {by['reaches']} reaches). Other weights are not what is lacking: what a first "
-        "guess is off by is where this person's path lies."
-    )
+    text.append(_by_others(found["others_weights"]))
     if found["not_explained"]:
         text.append(
             "\nLeft out: "
@@ -175,6 +169,16 @@ def _real(found: Mapping[str, Any]) -> list[str]:
             + "."
         )
     return [*text, ""]
+
+
+def _by_others(found: Mapping[str, Any]) -> str:
+    if "skipped" in found:
+        return f"\nWeights fitted to other recorded people were not tried: {found['skipped']}."
+    return (
+        f"\nBefore any reach was seen, with the weights that ship: {_cm(found['shipped_cm'])}; with a process "
+        f"of weights fitted to those that explain all *other* recorded people: {_cm(found['others_cm'])} "
+        f"(means over {found['reaches']} reaches)."
+    )
 
 
 def _latency(found: Mapping[str, Any]) -> list[str]:
