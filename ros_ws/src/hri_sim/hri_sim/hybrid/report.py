@@ -175,9 +175,9 @@ def _by_others(found: Mapping[str, Any]) -> str:
     if "skipped" in found:
         return f"\nWeights fitted to other recorded people were not tried: {found['skipped']}."
     return (
-        f"\nBefore any reach was seen, with the weights that ship: {_cm(found['shipped_cm'])}; with a process "
-        f"of weights fitted to those that explain all *other* recorded people: {_cm(found['others_cm'])} "
-        f"(means over {found['reaches']} reaches)."
+        f"\nBefore any reach was seen, with the weights that ship: {_cm(found['shipped_cm'])}; with a "
+        "process of weights fitted to those that explain all *other* recorded people: "
+        f"{_cm(found['others_cm'])} (means over {found['reaches']} reaches)."
     )
 
 
