@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import numpy as np
 import pytest
@@ -52,26 +53,64 @@ def test_what_is_wrong_is_a_line(folder, capsys):
     assert run("delete", "ann", "--yes", "--folder", folder) == 0
 
 
-def test_weights_are_fitted_to_results(tmp_path, capsys):
-    pytest.importorskip("sklearn")
+COSTS = ["hand_jerk", "joint_jerk", "energy"]
+
+
+def twelve_reaches() -> list[dict[str, Any]]:
+    """As fit_ioc.py writes them."""
     rng = np.random.default_rng(0)
-    costs = ["hand_jerk", "joint_jerk", "energy"]
-    rows = [
+    return [
         {
             "error": "",
+            "name": f"reach {number}",
             "q_start_deg": rng.uniform(-20.0, 40.0, 3).tolist(),
             "q_end_deg": rng.uniform(0.0, 80.0, 3).tolist(),
             "alpha": rng.dirichlet([4.0, 4.0, 4.0]).tolist(),
             "sd": [0.05, 0.05, 0.05],
+            "factors": [2.0, 1.0, 3.0],
+            "rest_factors": [1.0, 1.0, 2.0],
         }
-        for _ in range(12)
+        for number in range(12)
     ]
-    results, out = tmp_path / "results.json", tmp_path / "weights.json"
+
+
+def test_weights_are_fitted_to_results(tmp_path, capsys):
+    pytest.importorskip("sklearn")
+    costs, rows = COSTS, twelve_reaches()
+    results, out = tmp_path / "results.json", tmp_path / "new" / "weights.json"
     results.write_text(json.dumps({"costs": costs, "reaches": rows}))
     assert fit_command.main([str(results), "--out", str(out), "--about", "twelve of Ann"]) == 0
     assert "12 reaches" in capsys.readouterr().out
     assert load_process(out).names == tuple(costs)
     assert json.loads(out.read_text())["origin"] == "twelve of Ann"
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "says"),
+    [
+        ("alpha", [3.0, -1.0, 0.2], "reach 'reach 3': alpha"),
+        ("alpha", [float("nan"), 0.5, 0.5], "reach 'reach 3': alpha"),
+        ("alpha", [0.5, 0.5], "lacks or garbles"),
+        ("sd", [-0.1, 0.1, 0.1], "reach 'reach 3': sd"),
+        ("rest_factors", [0.0, 1.0, 1.0], "reach 'reach 3': rest_factors"),
+    ],
+)
+def test_weights_that_are_none_are_refused(key, value, says, tmp_path, capsys):
+    rows = twelve_reaches()
+    rows[3][key] = value
+    (tmp_path / "results.json").write_text(json.dumps({"costs": COSTS, "reaches": rows}))
+    out = tmp_path / "w.json"
+    assert fit_command.main([str(tmp_path / "results.json"), "--out", str(out)]) == 1
+    assert says in capsys.readouterr().err
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(("key", "value"), [("convention", "pitch_yaw"), ("scaling", "range")])
+def test_weights_of_another_arm_are_refused(key, value, tmp_path, capsys):
+    content = {"costs": COSTS, "reaches": twelve_reaches(), key: value}
+    (tmp_path / "results.json").write_text(json.dumps(content))
+    assert fit_command.main([str(tmp_path / "results.json"), "--out", str(tmp_path / "w")]) == 1
+    assert f"explain the reaches with fit_ioc.py --{key}" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("content", ["", "{", "[]", '{"costs": ["speed"], "reaches": []}'])

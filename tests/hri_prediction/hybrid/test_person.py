@@ -121,6 +121,12 @@ def test_a_person_survives_a_restart(person, rest, rng, targets, people, tmp_pat
             wrist_end(again.at_rest(rest), name), wrist_end(person.at_rest(rest), name), atol=0.003
         )
     assert again.tasks[NEAR].divergences == person.tasks[NEAR].divergences
+    # Of a file whose weights have other scale factors reaches are known, and weights learnt anew.
+    path = tmp_path / "people" / "anna" / PERSON_FILE
+    path.write_text(path.read_text().replace("hri-person-2", "hri-person-1"))
+    tasks, own = store.load("anna")
+    assert own is None
+    assert {task.key for task in tasks} == set(person.tasks)
 
 
 def test_people_are_listed_moved_and_forgotten(person, rest, rng, tmp_path):

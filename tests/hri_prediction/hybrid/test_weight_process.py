@@ -98,10 +98,10 @@ def test_the_one_that_ships_is_there():
     ("text", "says"),
     [
         ("{}", "no process of weights"),
-        ('{"format": "hri-weight-process-1"}', "lack or garble"),
+        ('{"format": "hri-weight-process-2"}', "lack or garble"),
         ("nonsense", "weights.json"),
         (
-            '{"format": "hri-weight-process-1", "costs": ["speed"], "inputs": [], "logs": [], '
+            '{"format": "hri-weight-process-2", "costs": ["speed"], "inputs": [], "logs": [], '
             '"variance": []}',
             "costs speed",
         ),

@@ -39,6 +39,15 @@ def test_one_cost_alone_is_recognised(solver):
         assert found.alpha[index] > 0.99
 
 
+@pytest.mark.parametrize("name", ["hand_jerk", "joint_jerk", "energy"])
+def test_one_cost_has_all_of_the_weight(solver, name):
+    """Whatever the reach: it need not be its optimum."""
+    seen = observed(solver, problem(5), np.array([0.3, 0.4, 0.1, 0.2]))
+    found = explain(solver, seen, (name,))
+    np.testing.assert_array_equal(found.alpha, [1.0])
+    assert np.isfinite(found.distance_m)
+
+
 def test_what_is_found_is_no_farther_than_what_a_search_finds(solver, rng):
     seen = observed(solver, problem(12), np.array([0.5, 0.25, 0.1, 0.15]))
     noisy = ObservedReach(

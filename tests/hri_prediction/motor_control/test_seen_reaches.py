@@ -139,6 +139,38 @@ def jobs(solver, count):
     return [Job(i, observed(solver, problem(11 * i), ALPHA), solver.arm) for i in range(count)]
 
 
+def test_laws_are_fitted_arm_by_arm(solver, rng, tmp_path, capsys):
+    tracks = [recorded(solver, 9 * n, rng, trial=n)[0] for n in range(9)]
+    other = replace(recorded(solver, 3, rng)[0], subject="ben")
+    save_tracks(tmp_path / "reaches.npz", [*tracks, other])
+    out = tmp_path / "out"
+    assert main([str(tmp_path / "reaches.npz"), "--out", str(out), "--law", "--facing", "90"]) == 0
+    told = capsys.readouterr().out
+    assert "law of ann right: 9 reaches" in told
+    content = json.loads((out / "results.json").read_text())
+    (law,) = content["laws"]
+    assert np.shape(law["theta"]) == np.shape(law["theta_sd"]) == (3, 7)
+    assert law["rms_cm"] < 2.0
+    assert all(0.0 <= row["share_at_limits"] <= 1.0 for row in content["reaches"])
+    text = (out / "results.md").read_text()
+    assert "| ann right | 9 |" in text
+    assert "no law of ben right: 1 reaches, a law needs 8" in text
+    arguments = [str(tmp_path / "reaches.npz"), "--out", str(out), "--law", "--costs", "energy"]
+    assert main(arguments) == 1
+    assert "joint_jerk and one more" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("part", "word"), [((0.0, 0.5), "ends"), ((0.5, 1.0), "begins")])
+def test_half_a_reach_is_none(solver, rng, part, word):
+    """As where markers were lost in its middle: what is left would pass for a reach of its own."""
+    track, onset, end = recorded(solver, 3, rng)
+    first, last = (onset + share * (end - onset) for share in part)
+    inside = (track.time_s >= first) & (track.time_s <= last)
+    half = replace(track, time_s=track.time_s[inside], keypoints=track.keypoints[inside])
+    with pytest.raises(DataError, match=rf"{word} with \d+% of its peak speed.*from rest to rest"):
+        observe(half, first, last, solver.arm, facing_rad=0.5 * np.pi)
+
+
 def test_batches_are_the_same_on_any_number_of_workers_and_go_on(solver, tmp_path):
     many = jobs(solver, 4)
     alone = explain_all(many, workers=1, kept=Kept(tmp_path / "a.jsonl"))

@@ -24,3 +24,9 @@ def test_interrupted_work_says_how_it_goes_on(tmp_path: Path, capsys: pytest.Cap
         raise KeyboardInterrupt
     assert stopped.value.exit_code == 130
     assert str(tmp_path) in capsys.readouterr().out
+
+
+def test_interrupted_work_that_is_not_kept_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(typer.Exit), resumable(Console(width=400), None):
+        raise KeyboardInterrupt
+    assert "nothing of it is kept" in capsys.readouterr().out

@@ -57,6 +57,19 @@ def test_nobody_is_guessed_by_their_own_weights(monkeypatch: pytest.MonkeyPatch)
         assert not (data.inputs == why.data.inputs).all(axis=1).any()
 
 
+def test_only_reaches_of_which_both_expect_something_are_compared(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    repeated, whys = people(11)
+    monkeypatch.setattr(module, "fit_process", lambda data: load_process())
+    usual = module._errors
+    monkeypatch.setattr(module, "_errors", lambda each, by: [None, *usual(each, by)[1:]])
+    assert others_weights(repeated[:2], whys)["reaches"] == 2
+    monkeypatch.setattr(module, "_errors", lambda each, by: [None for _ in each.reaches])
+    with pytest.raises(DataError, match="nothing can be expected"):
+        others_weights(repeated[:2], whys)
+
+
 def test_too_few_people_are_refused() -> None:
     repeated, whys = people(3)
     with pytest.raises(DataError, match="2 reaches of people other than P0"):

@@ -11,6 +11,9 @@ from scipy.stats import multivariate_normal
 from typer.testing import CliRunner
 
 from hri_prediction.errors import ConfigError
+from hri_prediction.hybrid.body import CONVENTION
+from hri_prediction.hybrid.fit_command import read_results
+from hri_sim.hybrid import simulate_weights
 from hri_sim.hybrid.command import app
 from hri_sim.hybrid.first_guesses import GUESSES
 from hri_sim.hybrid.report import _cm
@@ -76,7 +79,16 @@ def test_how_sure_predictions_are_is_judged_as_it_should_be() -> None:
 
 
 def test_the_short_form(tmp_path: Path) -> None:
-    done = CliRunner().invoke(app, ["--smoke", "--out", str(tmp_path), "--workers", "1"])
+    arguments = [
+        "--smoke",
+        "--out",
+        str(tmp_path),
+        "--runs",
+        str(tmp_path / "runs"),
+        "--workers",
+        "1",
+    ]
+    done = CliRunner().invoke(app, arguments)
     assert done.exit_code == 0, done.output
     content = json.loads((tmp_path / "hybrid.json").read_text())
     assert set(content["families"]["optimal"]["curves"]) == set(GUESSES)
@@ -88,7 +100,17 @@ def test_the_short_form(tmp_path: Path) -> None:
     assert "straight line" in text
     assert "p99" in text
     for name in ("errors", "weights"):
-        assert (tmp_path / "hybrid" / f"{name}.png").stat().st_size > 10_000
+        assert (tmp_path / "hybrid" / f"{name}_optimal.png").stat().st_size > 10_000
+
+
+def test_the_short_form_of_simulated_weights_is_what_weights_are_fitted_to(tmp_path: Path) -> None:
+    assert simulate_weights.main(["--smoke", "--out", str(tmp_path), "--workers", "1"]) == 0
+    content = json.loads((tmp_path / "results.json").read_text())
+    assert content["convention"] == CONVENTION
+    assert len(content["reaches"]) == 12
+    data = read_results(tmp_path / "results.json")
+    assert data.names == tuple(content["costs"])
+    assert len(data) >= 10
 
 
 def test_weights_without_an_optimum_do_not_end_a_report() -> None:

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from hri_prediction.errors import ConfigError
+from hri_sim.launch import learning as module
 from hri_sim.launch.learning import learning
 from hri_sim.launch.run import RunOptions
 from hri_sim.scenario.conditions import draw_scenario
@@ -28,6 +29,19 @@ def test_targets_are_those_that_the_person_reaches_for(tmp_path: Path) -> None:
     assert told["people"] == ["person1=ann"]
     assert set(told["target_names"]) == {reach.person_target for reach in scenario.reaches}
     assert told["target_positions"][:3] == list(scenario.targets[told["target_names"][0]])
+
+
+def test_what_learns_is_compiled_before_any_node_waits_for_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    said: list[str] = []
+    monkeypatch.setattr(module, "warm_loop", lambda: said.append("compiled"))
+    monkeypatch.setattr(module, "is_prepared", lambda convention: bool(said))
+    for _ in range(2):
+        module.have_compiled(said.append)
+    assert len(said) == 2
+    assert said[0].startswith("compiling what learns people")
+    assert said[1] == "compiled"
 
 
 @pytest.mark.parametrize(

@@ -13,8 +13,21 @@ def check_scikit_learn() -> None:
     Raises:
         ConfigError: naming the command that installs it.
     """
-    if importlib.util.find_spec("sklearn") is None:
+    _check("training", "scikit-learn", "sklearn")
+
+
+def check_networkx() -> None:
+    """Say at once that drawing graphs will need what is not installed.
+
+    Raises:
+        ConfigError: naming the command that installs it.
+    """
+    _check("drawing the cases", "networkx", "networkx")
+
+
+def _check(what: str, library: str, module: str) -> None:
+    if importlib.util.find_spec(module) is None:
         raise ConfigError(
-            "training needs scikit-learn, which is not installed",
+            f"{what} needs {library}, which is not installed",
             hint="run: .venv/bin/python -m pip install -r requirements/training.txt",
         )

@@ -85,7 +85,8 @@ class Background:
             self._connection.close()
             raise HriError(
                 f"the process that learns people did not begin (within {_READY_S:.0f} s)",
-                hint="what it said stands above, on stderr",
+                hint="what it said, if anything, stands above, on stderr; on a slow or busy machine "
+                "compiling takes that long: start it again, and it goes on from what is compiled",
             )
 
     def _carry_there(self) -> None:
@@ -158,8 +159,9 @@ def _work(connection: Connection) -> None:
             while not questions or connection.poll():
                 if not questions and not connection.poll():
                     found = loop.explain_next()
-                    if found is not None:
-                        connection.send(found)
+                    for answer in found:
+                        connection.send(answer)
+                    if found:
                         continue
                 questions.append(connection.recv())
         except (EOFError, OSError):

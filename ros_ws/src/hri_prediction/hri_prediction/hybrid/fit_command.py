@@ -13,9 +13,9 @@ import typer
 from hri_prediction.errors import DataError, HriError
 from hri_prediction.files.values import read_json
 from hri_prediction.hybrid.fitting import data_of_reaches, fit_process
-from hri_prediction.hybrid.weight_file import save_process
+from hri_prediction.hybrid.weight_file import check_arm, save_process
 from hri_prediction.hybrid.weight_process import WeightData, WeightProcess, to_alpha
-from hri_prediction.results.options import run_app
+from hri_prediction.results.options import make_folders, run_app
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 _FOLDS = 5
@@ -33,6 +33,7 @@ def read_results(path: Path) -> WeightData:
     if not isinstance(values, dict) or "reaches" not in values or "costs" not in values:
         raise DataError(f"{path} has no explained reaches", expected="results.json of fit_ioc.py")
     try:
+        check_arm(values)
         return data_of_reaches(tuple(map(str, values["costs"])), list(values["reaches"]))
     except (HriError, TypeError) as error:
         raise DataError(f"{path}: {error}") from error
@@ -85,20 +86,24 @@ def fit_weights(
 ) -> None:
     """Fit Gaussian processes to explained reaches: which weights of costs to expect between two postures.
 
-    The file is what the predictor takes as its parameter `weights`. Needs scikit-learn:
+    The file is what the predictor takes as its parameter `weights`. Reaches must have been explained with
+    fit_ioc.py --convention yaw_pitch_elbow_pitch, the arm that the predictor has. Needs scikit-learn:
     .venv/bin/python -m pip install -r requirements/training.txt
     """
     data = read_results(results)
+    make_folders(out=out.parent)
     process = fit_process(data, seed)
-    save_process(out, process, about or f"{len(data)} reaches of {results.name}")
+    errors = {}
     print(f"{len(data)} reaches; {json.dumps(list(data.names))}")
     print(describe(process))
     if len(data) >= LEAST_LEFT_OUT:
         own, plain = left_out(data, seed)
+        errors = {"weights_off": own, "mean_weights_off": plain, "parts": float(_FOLDS)}
         print(
             f"reaches left out ({_FOLDS} parts): weights are off by {own:.3f}, "
             f"those of the mean by {plain:.3f}"
         )
+    save_process(out, process, about or f"{len(data)} reaches of {results.name}", errors)
     print(f"{out}")
 
 

@@ -9,10 +9,13 @@ import numpy as np
 
 from hri_prediction.errors import DataError
 from hri_prediction.extras import check_scikit_learn
-from hri_prediction.hybrid.weight_process import WeightData, WeightProcess
+from hri_prediction.hybrid.weight_process import WeightData, WeightProcess, of_whole
+from hri_prediction.motor_control.costs import check_simplex
 
 LEAST_REACHES = 10
-_LENGTHS_RAD = (0.5, 10.0)
+_LENGTHS_RAD = (1.0, 10.0)
+"""Designs have their nearest other posture some 0.5 rad away: what would change faster cannot be seen in
+them, and is noise of the weights that is learnt by heart."""
 _AMPLITUDES = (0.05, 20.0)
 _RESTARTS = 3
 
@@ -66,21 +69,50 @@ def data_of_reaches(names: tuple[str, ...], rows: list[dict[str, Any]]) -> Weigh
         DataError: when a row lacks something, or none was explained.
     """
     try:
-        done = [row for row in rows if not row["error"]]
+        # Of a whole reach without factors nobody knows what its weights mean elsewhere.
+        done = [row for row in rows if not row["error"] and len(row["rest_factors"])]
         columns = {
             key: np.array([row[key] for row in done], dtype=float)
-            for key in ("q_start_deg", "q_end_deg", "alpha", "sd")
+            for key in ("q_start_deg", "q_end_deg", "alpha", "sd", "factors", "rest_factors")
         }
+        called = [str(row["name"]) for row in done]
     except (LookupError, TypeError, ValueError) as error:
         raise DataError(
             f"a reach of the results lacks or garbles {error}", expected="results of fit_ioc.py"
         ) from error
     if not done:
         raise DataError("no reach was explained", expected=f"{LEAST_REACHES} or more")
+    whole = []
+    for index, name in enumerate(called):
+        row = {key: column[index] for key, column in columns.items()}
+        _check(name, row, names)
+        whole.append(of_whole(row["alpha"], row["sd"], row["factors"], row["rest_factors"]))
+    alpha, sd = (np.array(part) for part in zip(*whole, strict=True))
     return WeightData.of(
         names,
         np.radians(columns["q_start_deg"]),
         np.radians(columns["q_end_deg"]),
-        columns["alpha"],
-        columns["sd"],
+        alpha,
+        sd,
     )
+
+
+def _check(name: str, row: dict[str, np.ndarray], names: tuple[str, ...]) -> None:
+    """Refuse a reach whose weights are none.
+
+    Raises:
+        DataError: naming the reach, and what it has.
+    """
+    try:
+        check_simplex(row["alpha"], names)
+    except DataError as error:
+        raise DataError(f"reach {name!r:.80}: {error.problem}", expected=error.expected) from error
+    for key in ("sd", "factors", "rest_factors"):
+        values = row[key]
+        usable = values.shape == (len(names),) and np.isfinite(values).all()
+        if not usable or (values < 0.0).any() or (key != "sd" and not (values > 0.0).all()):
+            raise DataError(
+                f"reach {name!r:.80}: {key} {np.array2string(values, precision=3):.120}",
+                expected=f"{len(names)} finite numbers, none negative"
+                + ("" if key == "sd" else " and none 0"),
+            )

@@ -153,6 +153,7 @@ class Loop:
     def answer(self, question: Question) -> list[Answer]:
         """Do what is asked for; what goes wrong is an answer too."""
         name = question.person
+        forgotten: list[Answer] = []
         try:
             forgotten = self._forget_deleted(name)
             if isinstance(question, Rested):
@@ -162,32 +163,26 @@ class Loop:
                 side = question.rest.body.side
                 return [*forgotten, Expected(name, side, library, dict(person.remarks), spread)]
             key = self._person(name).reached(question.reach)
-            self._keep(name, [key])
         except NoTarget:
-            return []
-        except HriError as error:
-            return [Trouble(name, str(error))]
+            return forgotten
         except Exception as error:  # whatever it is, the next question may go well
-            traceback.print_exc()
-            return [Trouble(name, f"{type(error).__name__}: {error}")]
+            return [*forgotten, Trouble(name, _told(error))]
         task = self._people[name].tasks[key]
-        return [*forgotten, Learnt(name, key.name, task.seen, task.divergences[-1])]
+        learnt = Learnt(name, key.name, task.seen, task.divergences[-1])
+        return [*forgotten, learnt, *self._kept_or_not(name, [key])]
 
-    def explain_next(self) -> Answer | None:
-        """Explain one mean path that has settled, if there is one."""
+    def explain_next(self) -> list[Answer]:
+        """Explain one mean path that has settled; nothing when there is none."""
         for name, person in self._people.items():
             waiting = person.to_explain()
             if not waiting:
                 continue
             try:
                 found = person.explain(waiting[0])
-                self._keep(name, waiting[:1])
             except Exception as error:  # the path stays unexplained until more is known
-                if not isinstance(error, HriError):
-                    traceback.print_exc()
-                return Trouble(name, f"{waiting[0].name} is not explained: {error}")
-            return Explained(name, found)
-        return None
+                return [Trouble(name, f"{waiting[0].name} is not explained: {_told(error)}")]
+            return [Explained(name, found), *self._kept_or_not(name, waiting[:1])]
+        return []
 
     def close(self) -> None:
         """Leave people to others, who may learn them from now on."""
@@ -227,6 +222,14 @@ class Loop:
                 self._kept.add(name)
         return self._people[name]
 
+    def _kept_or_not(self, name: str, keys: list[TaskKey]) -> list[Answer]:
+        """Keep what was learnt; it is learnt whether that goes well or not."""
+        try:
+            self._keep(name, keys)
+        except Exception as error:  # a full disk, another predictor: it may go well the next time
+            return [Trouble(name, _told(error))]
+        return []
+
     def _keep(self, name: str, keys: list[TaskKey]) -> None:
         store = self._stored(name)
         if store is None:
@@ -247,6 +250,14 @@ class Loop:
         claim = store.claim(name)
         if claim is not None:
             self._claims[name] = claim
+
+
+def _told(error: Exception) -> str:
+    """What went wrong, in a line; where it is none of ours, the traceback is on stderr."""
+    if isinstance(error, HriError):
+        return str(error)
+    traceback.print_exception(error)
+    return f"{type(error).__name__}: {error}"
 
 
 def warm_loop() -> None:
@@ -271,8 +282,8 @@ class Inline:
     def ask(self, question: Question) -> None:
         """Do what is asked for, at once."""
         self._answers.extend(self._loop.answer(question))
-        if isinstance(question, Reached) and (found := self._loop.explain_next()) is not None:
-            self._answers.append(found)
+        if isinstance(question, Reached):
+            self._answers.extend(self._loop.explain_next())
 
     def answers(self) -> list[Answer]:
         """What came of it since last asked."""

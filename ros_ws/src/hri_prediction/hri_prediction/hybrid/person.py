@@ -273,6 +273,7 @@ class HybridPerson:
             self._bodies[key.side],
             guess.alpha,
             self.weights.names,
+            task.path.share,
         )
         self.weights = self.weights.learnt(found.data)
         return found

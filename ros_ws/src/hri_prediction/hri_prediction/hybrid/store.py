@@ -29,7 +29,9 @@ from hri_prediction.hybrid.weight_file import data_of_values, data_to_values
 from hri_prediction.hybrid.weight_process import WeightData
 from hri_prediction.promp.storage import read_npz, write_npz
 
-PERSON_FORMAT, TASK_FORMAT = "hri-person-1", "hri-personal-task-1"
+PERSON_FORMAT, TASK_FORMAT = "hri-person-2", "hri-personal-task-1"
+OTHER_SCALE = "hri-person-1"
+"""Weights of people of this format have the scale factors of parts of reaches: they are learnt anew."""
 PERSON_FILE = "person.json"
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 _ARRAYS = (
@@ -124,6 +126,8 @@ class PeopleStore:
         path = folder / PERSON_FILE
         # Tasks are written first: without the file nothing was explained yet.
         values = read_json(path) if path.exists() else {"format": PERSON_FORMAT}
+        if isinstance(values, dict) and values.get("format") == OTHER_SCALE:
+            values = {**values, "format": PERSON_FORMAT, "weights": None}
         if not isinstance(values, dict) or values.get("format") != PERSON_FORMAT:
             raise DataError(f"{path} is no person", expected=f"JSON of format {PERSON_FORMAT}")
         try:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.resources
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,13 +13,15 @@ import numpy as np
 from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.files.content import read_text
 from hri_prediction.files.values import parse_json
+from hri_prediction.hybrid.body import CONVENTION
 from hri_prediction.hybrid.weight_process import WeightData, WeightProcess
+from hri_prediction.motor_control.scaling import MAXIMUM
 
-FORMAT = "hri-weight-process-1"
+FORMAT = "hri-weight-process-2"
+"""Since 2 weights are those of reaches from rest to rest, and the file says of which arm they are."""
 SHIPPED = "first_weights.json"
 """Fitted to what inverse optimal control makes of the mean reaches of 15 simulated people for the 108 tasks
-of the thesis' chapter 3: ``scripts/fit_weights.py`` with ``means.json`` of
-``scripts/reproduce_motor_control.py``, which stands in its folder of runs."""
+of the thesis' chapter 3: ``scripts/fit_weights.py`` with the results of ``scripts/simulate_weights.py``."""
 
 
 MOST = 2000
@@ -58,17 +61,41 @@ def data_of_values(values: Any) -> WeightData:
         ) from error
 
 
-def save_process(path: Path, process: WeightProcess, origin: str) -> None:
+def check_arm(values: Mapping[str, Any]) -> None:
+    """Whether weights are of the arm model that the hybrid predictor has, with its scale factors.
+
+    Args:
+        values: A file's; what it does not say is taken to be as it is here.
+
+    Raises:
+        DataError: they are of another one.
+    """
+    for key, own in (("convention", CONVENTION), ("scaling", MAXIMUM)):
+        given = values.get(key, own)
+        if given != own:
+            raise DataError(
+                f"weights with {key} {given!r:.40}",
+                expected=f"{own!r}, as the hybrid predictor has it",
+                hint=f"explain the reaches with fit_ioc.py --{key} {own}",
+            )
+
+
+def save_process(
+    path: Path, process: WeightProcess, origin: str, left_out: Mapping[str, float] | None = None
+) -> None:
     """Write a process.
 
     Args:
         path: File.
         process: What people's weights are like.
         origin: What it was fitted to, in words.
+        left_out: Errors of weights of reaches that were left out; into the file, and not read again.
     """
     content = {
         "format": FORMAT,
         "origin": origin,
+        "convention": CONVENTION,
+        **({"left_out": dict(left_out)} if left_out else {}),
         "mean": process.mean.tolist(),
         "amplitude": process.amplitude.tolist(),
         "lengths_rad": process.lengths.tolist(),
@@ -96,11 +123,14 @@ def load_process(path: Path | None = None) -> WeightProcess:
         values = parse_json(text)
         if not isinstance(values, dict) or values.get("format") != FORMAT:
             raise DataError("it is no process of weights", expected=f"JSON of format {FORMAT}")
+        check_arm(values)
         return WeightProcess(
             data_of_values(values),
             *(np.array(values[key], dtype=float) for key in ("mean", "amplitude", "lengths_rad")),
         )
     except DataError as error:
-        raise DataError(f"{where}: {error.problem}", expected=error.expected) from error
+        raise DataError(
+            f"{where}: {error.problem}", expected=error.expected, hint=error.hint
+        ) from error
     except (ArithmeticError, LookupError, TypeError, ValueError, np.linalg.LinAlgError) as error:
         raise DataError(f"{where}: it lacks or garbles {error}") from error

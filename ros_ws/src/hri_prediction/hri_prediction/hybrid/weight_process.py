@@ -21,6 +21,7 @@ from scipy.linalg import cho_solve, cholesky
 
 from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.motor_control.costs import JOINT_JERK, indices_of
+from hri_prediction.motor_control.scaling import rescaled
 
 Array = NDArray[np.float64]
 
@@ -58,6 +59,25 @@ def to_logs(alpha: ArrayLike, sd: ArrayLike, names: tuple[str, ...]) -> tuple[Ar
         np.delete(logs, reference, axis=-1),
         np.clip(np.delete(variance, reference, axis=-1), _LEAST_VARIANCE, _MOST_VARIANCE),
     )
+
+
+def of_whole(
+    alpha: ArrayLike, sd: ArrayLike, factors: ArrayLike, rest_factors: ArrayLike
+) -> tuple[Array, Array]:
+    """Weights of a reach that was cut, and their standard deviations (n,), as those of the whole reach.
+
+    Ratios are what is learnt: they are as sure as before.
+
+    Args:
+        alpha: Weights (n,).
+        sd: Their standard deviations (n,).
+        factors: S of these costs of the reach that was cut (n,).
+        rest_factors: S of these costs of the reach from rest to rest (n,).
+    """
+    weights = np.asarray(alpha, dtype=float)
+    ratio = np.asarray(factors, dtype=float) / np.asarray(rest_factors, dtype=float)
+    total = float(weights @ ratio)
+    return rescaled(weights, factors, rest_factors), np.asarray(sd, dtype=float) * ratio / total
 
 
 def to_alpha(logs: ArrayLike, names: tuple[str, ...]) -> Array:

@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 
 from hri_prediction.hybrid.body import BodyArm
 from hri_prediction.hybrid.prior_path import solver_of
-from hri_prediction.hybrid.weight_process import WeightData
+from hri_prediction.hybrid.weight_process import WeightData, of_whole
+from hri_prediction.motor_control.costs import indices_of
 from hri_prediction.motor_control.ioc import explain
 from hri_prediction.motor_control.observed import ObservedReach
 from hri_prediction.motor_control.ocp import NotConverged
-from hri_prediction.motor_control.seen import KNOT_S, observe
+from hri_prediction.motor_control.scaling import rescaled, scaling_of
+from hri_prediction.motor_control.seen import KNOT_S, from_rest, observe
 from hri_prediction.motor_control.uncertainty import certainty
 from hri_prediction.prediction.library import TaskModel
 from hri_prediction.tracks.track import ArmTrack
@@ -30,7 +32,7 @@ class Why:
 
     Attributes:
         task: Name of the task.
-        alpha: Weights of costs (n,).
+        alpha: Weights of costs (n,), with the scale factors of the reach from rest to rest.
         sd: Their standard deviations (n,).
         before_m: Distance of the optimum of the weights that were expected to the path, by dynamic time
             warping and sample; infinite where there was none.
@@ -69,14 +71,20 @@ def mean_reach(model: TaskModel, body: BodyArm) -> ObservedReach:
     )
 
 
-def why(model: TaskModel, body: BodyArm, expected: Array, names: tuple[str, ...]) -> Why:
+def why(
+    model: TaskModel, body: BodyArm, expected: Array, names: tuple[str, ...], share: float
+) -> Why:
     """Explain the mean path of a task, beginning with the weights that were expected.
+
+    Weights go in and come out with the scale factors of the reach from rest to rest, as all weights of the
+    hybrid have them: what is explained is a part of that, whose own factors are others.
 
     Args:
         model: The task.
         body: Whose arm.
         expected: Weights (n,).
         names: Costs that may have a part in it (n,).
+        share: Of the duration from rest to rest that the task takes.
 
     Raises:
         DataError: the mean path cannot be used.
@@ -84,19 +92,24 @@ def why(model: TaskModel, body: BodyArm, expected: Array, names: tuple[str, ...]
     """
     observed = mean_reach(model, body)
     solver = solver_of(body.arm, body.limits)
-    found = explain(solver, observed, names, start=expected)
+    chosen = indices_of(names)
+    rest = scaling_of(solver, from_rest(observed.problem, share)).factors[chosen]
+    own = scaling_of(solver, observed.problem).factors[chosen]
+    start = rescaled(expected, rest, own)
+    found = explain(solver, observed, names, start=start)
     step_s = observed.problem.duration / (len(observed.phases) - 1)
     sure = certainty(found, observed, correlated=max(KNOT_S / step_s, 1.0))
     try:
-        before = solver.solve(observed.problem, found.scaling.weights(expected, names))
+        before = solver.solve(observed.problem, found.scaling.weights(start, names))
         before_m = observed.distance(before.hand(observed.phases, body.arm))
     except NotConverged:
         before_m = math.inf
+    alpha, sd = of_whole(found.alpha, sure.sd, own, rest)
     data = WeightData.of(
         names,
         observed.problem.q_start[None],
         observed.problem.q_end[None],
-        found.alpha[None],
-        sure.sd[None],
+        alpha[None],
+        sd[None],
     )
-    return Why(model.name, found.alpha, sure.sd, before_m, found.distance_m, data)
+    return Why(model.name, alpha, sd, before_m, found.distance_m, data)

@@ -20,12 +20,12 @@ from hri_prediction.errors import DataError, HriError
 from hri_prediction.motor_control.arm_model import ANATOMICAL, ArmModel, JointLimits
 from hri_prediction.motor_control.compiled_graph import compiled_graph, library_path
 from hri_prediction.motor_control.convention import CONVENTIONS
-from hri_prediction.motor_control.costs import CHAPTER_2
+from hri_prediction.motor_control.costs import CHAPTER_2, indices_of
 from hri_prediction.motor_control.ioc import explain
 from hri_prediction.motor_control.observed import ObservedReach
 from hri_prediction.motor_control.ocp import Motion, ReachSolver
-from hri_prediction.motor_control.scaling import MAXIMUM
-from hri_prediction.motor_control.seen import KNOT_S
+from hri_prediction.motor_control.scaling import MAXIMUM, scaling_of
+from hri_prediction.motor_control.seen import KNOT_S, from_rest
 from hri_prediction.motor_control.uncertainty import certainty
 from hri_prediction.results.dependencies import dependency_hash
 from hri_prediction.results.workers import computed_with, do_all, versions
@@ -89,6 +89,8 @@ class Outcome:
         single_joint_deg: The same of each cost alone.
         solves: How often the lower level was solved.
         seconds: Processor time that it took.
+        rest_factors: S of these costs of the whole reach, from rest to rest (`seen.from_rest`); empty where
+            that has no optimum.
     """
 
     index: int
@@ -103,6 +105,7 @@ class Outcome:
     single_joint_deg: tuple[float | None, ...] = ()
     solves: int = 0
     seconds: float = 0.0
+    rest_factors: tuple[float, ...] = ()
 
 
 @functools.cache
@@ -144,6 +147,7 @@ def explain_job(job: Job) -> Outcome:
         alpha=tuple(found.alpha.tolist()),
         sd=tuple(sure.sd.tolist()),
         factors=tuple(found.factors.tolist()),
+        rest_factors=_rest_factors(solver, job),
         distance_cm=100.0 * found.distance_m,
         single_cm=tuple(
             100.0 * value if math.isfinite(value) else None for value in found.single_m.tolist()
@@ -156,6 +160,14 @@ def explain_job(job: Job) -> Outcome:
         solves=found.solves,
         seconds=time.process_time() - begun,
     )
+
+
+def _rest_factors(solver: ReachSolver, job: Job) -> tuple[float, ...]:
+    try:
+        scaling = scaling_of(solver, from_rest(job.observed.problem), job.scaling)
+    except (HriError, np.linalg.LinAlgError):
+        return ()
+    return tuple(scaling.factors[indices_of(job.names)].tolist())
 
 
 def _joints_deg(observed: ObservedReach, motion: Motion) -> float:
@@ -217,6 +229,8 @@ def _outcome(entry: dict[str, Any]) -> Outcome:
     made = Outcome(**values)
     rows = [made.alpha, made.sd, made.factors, made.single_cm, made.single_joint_deg]
     whole = all(isinstance(row, tuple) and len(row) == len(made.alpha) for row in rows)
+    whole = whole and len(made.rest_factors) in (0, len(made.alpha))
+    rows.append(made.rest_factors)
     numbers = [made.index, made.solves, made.seconds, made.distance_cm, made.joint_distance_deg]
     numbers += [
         value for row in rows if isinstance(row, tuple) for value in row if value is not None

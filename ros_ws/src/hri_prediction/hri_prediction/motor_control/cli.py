@@ -16,7 +16,7 @@ from rich.table import Table
 
 from hri_prediction.errors import ConfigError, DataError, HriError
 from hri_prediction.evaluation.recordings import Recording, load_recordings
-from hri_prediction.motor_control.arm_model import BODY_HEIGHT_M, BODY_MASS_KG
+from hri_prediction.motor_control.arm_model import ANATOMICAL, BODY_HEIGHT_M, BODY_MASS_KG
 from hri_prediction.motor_control.batch import Job, Kept, Outcome, correlated, explain_all
 from hri_prediction.motor_control.collected import AUTO, CollectedReach, People, collect
 from hri_prediction.motor_control.compiled_graph import is_prepared
@@ -29,6 +29,13 @@ from hri_prediction.motor_control.costs import (
     indices_of,
     shares,
 )
+from hri_prediction.motor_control.law import FEATURES, WeightLaw
+from hri_prediction.motor_control.person_laws import (
+    PersonLaw,
+    fit_person_laws,
+    law_lines,
+    to_mapping,
+)
 from hri_prediction.motor_control.results_table import HEAD, draw, markdown, summary_rows
 from hri_prediction.motor_control.scaling import MAXIMUM, SCALINGS
 from hri_prediction.results.options import Scheduler, Workers, make_folders, resumable, run_app
@@ -38,6 +45,8 @@ from hri_prediction.tracks.segmentation import SegmentationConfig
 
 REACHES, RESULTS, REPORT, PICTURE = "reaches.jsonl", "results.json", "results.md", "results.png"
 _SMOKE_REACHES = 3
+MUCH_AT_LIMITS = 0.05
+"""Share of a reach's samples at a limit of a joint, from which on the report says so."""
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 
@@ -67,6 +76,7 @@ def write_results(
     skipped: Sequence[str],
     settings: dict[str, Any],
     origin: dict[str, Any],
+    laws: tuple[list[PersonLaw], list[str]] | None = None,
 ) -> None:
     """Write results.json, results.md and results.png."""
     names = settings["costs"]
@@ -83,9 +93,12 @@ def write_results(
                 "upper_arm_m": reach.arm.upper_m,
                 "forearm_m": reach.arm.forearm_m,
                 "misfit_cm": 100.0 * reach.observed.misfit_m,
+                "share_at_limits": share_at_limits(reach),
             }
         )
     content = {**settings, "origin": origin, "skipped": list(skipped), "reaches": rows}
+    if laws is not None:
+        content["laws"] = [to_mapping(one) for one in laws[0]]
     (out / RESULTS).write_text(json.dumps(content, indent=1, allow_nan=False) + "\n")
     failed = [f"- {each.name}: {each.error}" for each in outcomes if each.error]
     misfits = [100.0 * reach.observed.misfit_m for reach in reaches]
@@ -112,6 +125,8 @@ def write_results(
         f"mean square; median over reaches, {max(misfits):.1f} cm at most): what a shoulder rolls the "
         "model has not. Another --convention may come nearer; where people face otherwise than --facing "
         "says, it is decimetres.\n",
+        *limit_lines(reaches),
+        *(law_lines(*laws) if laws is not None else []),
         *(["", "Not explained:\n", *failed] if failed else []),
         *(["", "Left out:\n", *(f"- {line}" for line in skipped)] if skipped else []),
         "",
@@ -119,6 +134,28 @@ def write_results(
     (out / REPORT).write_text("\n".join(text))
     if len(failed) < len(outcomes):
         draw(outcomes, names, out / PICTURE)
+
+
+def share_at_limits(reach: CollectedReach) -> float:
+    """Share of the samples in which a joint is at the limit that its angle was kept to."""
+    angles = reach.observed.angles
+    at = (angles <= np.array(ANATOMICAL.lower)) | (angles >= np.array(ANATOMICAL.upper))
+    return float(at.any(axis=1).mean())
+
+
+def limit_lines(reaches: Sequence[CollectedReach]) -> list[str]:
+    """Which reaches are often at a limit: what they did there is not known."""
+    often = [each for each in reaches if share_at_limits(each) > MUCH_AT_LIMITS]
+    if not often:
+        return []
+    first = ", ".join(
+        f"{each.observed.name or each.person} ({share_at_limits(each):.0%})" for each in often[:5]
+    )
+    more = f" and {len(often) - 5} more" if len(often) > 5 else ""
+    return [
+        f"In {len(often)} reaches joint angles were kept to the anatomical limits for more than "
+        f"{MUCH_AT_LIMITS:.0%} of the samples, and say little there: {first}{more}.\n"
+    ]
 
 
 @app.command(context_settings={"help_option_names": ["-h", "--help"]})
@@ -162,6 +199,14 @@ def fit_ioc(
     scaling: Annotated[
         str, typer.Option(help="How costs are brought to one range: " + " or ".join(SCALINGS) + ".")
     ] = MAXIMUM,
+    law: Annotated[
+        bool,
+        typer.Option(
+            "--law",
+            help="Besides, fit one law of weights by posture to all reaches of each arm. Known much better "
+            "than the weights of one reach where reaches are whole; see docs/motor_control.md.",
+        ),
+    ] = False,
     workers: Workers = None,
     scheduler: Scheduler = None,
     smoke: Annotated[
@@ -179,6 +224,8 @@ def fit_ioc(
         indices_of(names)
         if scaling not in SCALINGS:
             raise ConfigError(f"--scaling {scaling}", expected="one of " + ", ".join(SCALINGS))
+        if law:
+            WeightLaw(names, np.zeros((len(names) - 1, len(FEATURES))))  # says what costs it needs
         if convention not in CONVENTIONS:
             raise ConfigError(
                 f"--convention {convention}", expected="one of " + ", ".join(CONVENTIONS)
@@ -221,6 +268,10 @@ def fit_ioc(
                 kept=Kept(out / REACHES),
                 progress=progress.count,
             )
+            laws = None
+            if law:
+                progress.say("fitting laws")
+                laws = fit_person_laws(reaches, outcomes, names, scaling, progress.count)
         settings = {
             "files": [str(file) for file in files],
             "costs": list(names),
@@ -232,7 +283,7 @@ def fit_ioc(
             "mass_kg": mass,
             "smoke": smoke,
         }
-        write_results(out, outcomes, reaches, skipped, settings, origin)
+        write_results(out, outcomes, reaches, skipped, settings, origin, laws)
     except HriError as error:
         print(f"error: {error}", file=sys.stderr)
         raise typer.Exit(1) from error
@@ -245,6 +296,13 @@ def fit_ioc(
     for row in summary_rows(outcomes, names):
         table.add_row(*row)
     console.print(table)
+    for one in laws[0] if laws is not None else ():
+        console.print(
+            f"law of {one.person}: {one.reaches} reaches, {100.0 * one.fitted.rms_m:.2f} cm",
+            highlight=False,
+        )
+    if laws is not None:
+        skipped = [*skipped, *laws[1]]
     for line in [*(f"{each.name}: {each.error}" for each in failed), *skipped][:5]:
         console.print(f"left out: {line}", markup=False, highlight=False)
     console.print(f"results: {out / REPORT}, {out / PICTURE}", highlight=False, soft_wrap=True)

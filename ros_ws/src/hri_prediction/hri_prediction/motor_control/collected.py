@@ -27,11 +27,13 @@ class CollectedReach:
         observed: What was seen.
         arm: Whose arm it was.
         facing_deg: Where the person was taken to face in the axes of the recording.
+        person: Who it was, and which arm.
     """
 
     observed: ObservedReach
     arm: ArmModel
     facing_deg: float
+    person: str
 
 
 @dataclass(frozen=True)
@@ -116,14 +118,16 @@ def collect(
     for key, reaches in groups.items():
         arm, facing = of_group[key]
         if not people.average:
-            found += [CollectedReach(reach, arm, facing) for reach in reaches]
+            found += [CollectedReach(reach, arm, facing, f"{key[0]} {key[1]}") for reach in reaches]
             continue
         person, side, task, number = key
         name = " ".join(
             part for part in (person, side, task, str(number) if number else "") if part
         )
         try:
-            found.append(CollectedReach(mean_of(reaches, arm, name), arm, facing))
+            found.append(
+                CollectedReach(mean_of(reaches, arm, name), arm, facing, f"{person} {side}")
+            )
         except DataError as error:
             skipped.append(str(error))
     return found, skipped

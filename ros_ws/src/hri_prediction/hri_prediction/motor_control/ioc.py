@@ -212,7 +212,7 @@ def simplex_step(
     right = (wanted * roots).ravel()
     normal = matrix.T @ matrix
     scale = float(np.trace(normal))
-    if scale < _NOTHING:
+    if scale < _NOTHING or len(alpha) == 1:  # one cost alone has all of the weight
         return alpha
     # As least squares in n unknowns: a root of the normal matrix instead of all samples, and a heavy row
     # for the sum.

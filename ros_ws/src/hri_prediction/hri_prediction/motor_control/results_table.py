@@ -28,7 +28,8 @@ def summary_rows(outcomes: Sequence[Outcome], names: Sequence[str]) -> list[tupl
         (
             name.replace("_", " "),
             _spread(alpha[:, i]),
-            _median(sd[alpha[:, i] > 0.0, i]),
+            # At a corner of the simplex nothing is said of how sure a weight is.
+            _median(sd[(alpha[:, i] > 0.0) & (alpha[:, i] < 1.0), i]),
             _spread(single[:, i]),
             _spread(joints[:, i]),
         )
@@ -50,6 +51,8 @@ def _spread(values: np.ndarray) -> str:
     values = values[np.isfinite(values)]
     if not len(values):
         return "–"
+    if len(values) == 1:
+        return f"{values[0]:.3g}"
     return f"{values.mean():.3g} ± {values.std():.2g}"
 
 

@@ -62,6 +62,18 @@ class Scaling:
         return found
 
 
+def rescaled(alpha: ArrayLike, factors: ArrayLike, wanted: ArrayLike) -> Array:
+    """Weights that mean the same with other factors: S alpha is what says which motion is best.
+
+    Args:
+        alpha: Weights (n,), on the simplex.
+        factors: S of these costs (n,) that they are true with.
+        wanted: S of these costs (n,) that they are to be true with.
+    """
+    found = np.asarray(alpha, dtype=float) * np.asarray(factors) / np.asarray(wanted)
+    return np.asarray(found / found.sum())
+
+
 def scaling_of(solver: ReachSolver, reach: ReachProblem, kind: str = MAXIMUM) -> Scaling:
     """The factors of a reach; solves it three times.
 

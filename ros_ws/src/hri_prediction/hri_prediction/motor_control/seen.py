@@ -29,6 +29,9 @@ Array = NDArray[np.float64]
 
 SHARE_OF_PEAK = 0.05
 """A reach goes from this share of its peak hand speed to the same (thesis 2.2.8)."""
+CUT_SHARE = math.sqrt(1.0 - math.sqrt(SHARE_OF_PEAK))
+"""So much of the duration of a movement of least jerk is left by that: its speed is 16 x²(1 - x)² of the
+peak at phase x."""
 KNOT_S = 0.12
 """Distance of the knots of the splines that smooth joint angles [s]: what is faster than about 4 Hz is
 noise."""
@@ -36,6 +39,10 @@ MARGIN_S = 0.15
 """So much before and after a reach helps to know velocities at its ends."""
 MAX_GAP_S = 0.1
 """The longest gap in a recording that is bridged."""
+_IN_FLIGHT = 0.5
+"""A hand that is faster than that share of its peak where a reach begins may be in the middle of one."""
+_SEEN_S = 0.05
+"""It is, where nothing was seen for so long before."""
 _ALIKE_M = 0.2
 """Repetitions begin and end within this distance from the mean of all."""
 _DEGREE = 5
@@ -141,6 +148,7 @@ def observe(
     begin, finish = onset_s, end_s
     if trim:
         begin, finish = _fast_part(spline, arm, onset_s, end_s)
+        _check_whole(spline, arm, times, (onset_s, end_s), what)
     count = max(round((finish - begin) * rate) + 1, 10)
     at = np.linspace(begin, finish, count)
     smooth = np.clip(spline(at), limits.lower, limits.upper)
@@ -179,6 +187,28 @@ def smoothing_spline(times: Array, values: Array, knot_s: float = KNOT_S) -> BSp
     return make_lsq_spline(times, values, knots, _DEGREE)
 
 
+def _check_whole(
+    spline: BSpline, arm: ArmModel, times: Array, ends: tuple[float, float], what: str
+) -> None:
+    """Refuse a reach whose begin or end was not seen: what is left would pass for a whole one.
+
+    Raises:
+        DataError: the hand is fast there, and nothing was seen on the other side.
+    """
+    at = np.linspace(*ends, 400)
+    speed = np.linalg.norm(np.gradient(hand(spline(at), arm), at, axis=0), axis=1)
+    onset_s, end_s = ends
+    before = (times < onset_s - 1e-9) & (times > onset_s - _SEEN_S)
+    after = (times > end_s + 1e-9) & (times < end_s + _SEEN_S)
+    for name, fast, beyond in (("begins", speed[0], before), ("ends", speed[-1], after)):
+        share = fast / speed.max()
+        if share > _IN_FLIGHT and not beyond.any():
+            raise DataError(
+                f"{what} {name} with {share:.0%} of its peak speed: the rest was not seen",
+                expected="a reach from rest to rest",
+            )
+
+
 def _fast_part(spline: BSpline, arm: ArmModel, begin: float, end: float) -> tuple[float, float]:
     """From where to where the hand has a share of its peak speed, around the peak."""
     at = np.linspace(begin, end, 400)
@@ -190,6 +220,22 @@ def _fast_part(spline: BSpline, arm: ArmModel, begin: float, end: float) -> tupl
         float(at[before[-1]]) if len(before) else begin,
         float(at[peak + after[0]]) if len(after) else end,
     )
+
+
+def from_rest(reach: ReachProblem, share: float = CUT_SHARE) -> ReachProblem:
+    """The reach from rest to rest that one was cut out of, between the same postures.
+
+    Weights of costs mean nothing without scale factors, and factors of a reach that was cut are others (by
+    up to four times) than those of the whole. Where weights of several reaches are learnt from, or are used
+    for another one, they are those of reaches from rest to rest.
+
+    Args:
+        reach: As it was seen; one that is at rest at both ends stays what it is.
+        share: Of the whole duration that it takes.
+    """
+    if not (reach.v_start.any() or reach.v_end.any()):
+        return reach
+    return ReachProblem.at_rest(reach.q_start, reach.q_end, reach.duration / share)
 
 
 def mean_of(reaches: Sequence[ObservedReach], arm: ArmModel, name: str = "") -> ObservedReach:

@@ -67,12 +67,15 @@ def run_app(app: typer.Typer, name: str, argv: Sequence[str] | None = None) -> i
 
 
 @contextmanager
-def resumable(console: Console, folder: Path) -> Iterator[None]:
-    """Ctrl-C ends the work inside with code 130, and says from where it can go on."""
+def resumable(console: Console, folder: Path | None) -> Iterator[None]:
+    """Ctrl-C ends the work inside with code 130, and says from where it can go on; None: from nowhere."""
     try:
         yield
     except KeyboardInterrupt:
-        console.print(
-            f"stopped; the same command goes on from what is in {folder}", highlight=False
+        goes_on = (
+            "nothing of it is kept"
+            if folder is None
+            else f"the same command goes on from what is in {folder}"
         )
+        console.print(f"stopped; {goes_on}", highlight=False)
         raise typer.Exit(130) from None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import hashlib
 import json
 import os
 from collections.abc import Callable
@@ -18,7 +19,8 @@ from hri_prediction.errors import HriError
 from hri_prediction.hybrid.body import CONVENTION
 from hri_prediction.hybrid.weight_file import load_process
 from hri_prediction.motor_control.batch import prepare
-from hri_prediction.results.options import Workers, make_folders
+from hri_prediction.results.kept import kept
+from hri_prediction.results.options import Workers, make_folders, resumable
 from hri_prediction.results.origin import available_cores, results_origin
 from hri_prediction.results.progress import ProgressLine
 from hri_prediction.results.workers import do_all
@@ -42,6 +44,9 @@ from hri_sim.policies.evaluation import finite
 DATA_VARIABLE = "HRI_DATA_DIR"
 RESULTS, SMOKE_RESULTS = Path("docs/results"), Path("runs/smoke_hybrid")
 FILE, TEXT, PICTURES = "hybrid.json", "hybrid.md", "hybrid"
+RUNS = Path("runs/hybrid")
+WORK, PACKAGES = "hri_sim.hybrid.command", ("numpy", "scipy", "numba", "casadi", "scikit-learn")
+"""What decides about results."""
 PEOPLE = 5
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
@@ -145,6 +150,19 @@ def of_real() -> dict[str, Any]:
     return {**tables.of_real(course), "others_weights": by_others, "unusable": skipped}
 
 
+def of_family(run: Callable[[], list[Course]]) -> Callable[[], dict[str, Any]]:
+    """The figures of what a family did, once it has done it."""
+    return lambda: finite(tables.of_courses(run()))
+
+
+def recorded_key() -> str:
+    """Stands for the recordings that there are."""
+    folder = os.environ.get(DATA_VARIABLE, "")
+    file = Path(folder) / SOURCE
+    found = hashlib.sha256(file.read_bytes()).hexdigest() if folder and file.is_file() else folder
+    return f"recorded {found}"
+
+
 @app.command(context_settings={"help_option_names": ["-h", "--help"]})
 def reproduce_hybrid(
     out: Annotated[
@@ -156,6 +174,9 @@ def reproduce_hybrid(
     ] = None,
     seed: Annotated[int, typer.Option(help="Of people and all that they do.", min=0)] = 0,
     workers: Workers = None,
+    runs: Annotated[
+        Path, typer.Option(help="Folder of what is done, which is not done again.")
+    ] = RUNS,
     smoke: Annotated[
         bool, typer.Option("--smoke", help="Two people of one family, five reaches each.")
     ] = False,
@@ -164,24 +185,26 @@ def reproduce_hybrid(
 
     Simulated people, of whom some families move as the models of the predictor do and others do not, and
     recorded ones (found through HRI_DATA_DIR; left out, with the reason, where it is not set). Takes some
-    twenty minutes; the last part measures latencies: leave the machine alone then.
+    twelve minutes, and goes on where it was stopped; the last part measures latencies: leave the machine
+    alone then.
     """
     console = Console()
     out = out or (SMOKE_RESULTS if smoke else RESULTS)
     extent = SMOKE if smoke else FULL
-    make_folders(out=out)
+    make_folders(out=out, runs=runs)
     (out / PICTURES).mkdir(exist_ok=True)
     origin = results_origin()
     families: dict[str, Any] = {}
-    with ProgressLine(console) as progress:
+    cores = workers or available_cores()
+    keep = functools.partial(kept, runs, WORK, PACKAGES)
+    with resumable(console, runs), ProgressLine(console) as progress:
         prepare((CONVENTION,))
         for family in extent.families:
             progress.say(f"simulated people, {family}")
-            families[family] = tables.of_courses(
-                run_family(family, extent, seed, workers or available_cores(), progress.count)
-            )
+            work = functools.partial(run_family, family, extent, seed, cores, progress.count)
+            families[family] = keep(repr((family, extent, seed)), of_family(work))
         progress.say("recorded people")
-        real = {"skipped": "--smoke"} if smoke else of_real()
+        real = {"skipped": "--smoke"} if smoke else keep(recorded_key(), lambda: finite(of_real()))
         samples = stream(extent.reaches, seed)
         latency = {}
         for name, hybrid in (("alone", False), ("learning beside", True)):
@@ -207,10 +230,10 @@ def reproduce_hybrid(
     )
     (out / FILE).write_text(json.dumps(content, indent=1, allow_nan=False) + "\n")
     (out / TEXT).write_text(report(content))
-    pictures.errors(families["optimal"], out / PICTURES / "errors.png")
-    pictures.weights(
-        families["optimal"], list(load_process().names), out / PICTURES / "weights.png"
-    )
+    names = list(load_process().names)
+    for family, found in content["families"].items():
+        pictures.errors(found, out / PICTURES / f"errors_{family}.png")
+        pictures.weights(found, names, out / PICTURES / f"weights_{family}.png")
     for guess, curve in families["optimal"]["curves"].items():
         values = ", ".join(
             f"{value:.2f} cm after {count}" for count, value in curve["warped_m"].items()

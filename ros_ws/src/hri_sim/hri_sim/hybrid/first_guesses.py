@@ -10,14 +10,23 @@ from numpy.typing import NDArray
 
 from hri_prediction.hybrid.config import HybridConfig
 from hri_prediction.hybrid.person import SeenReach
-from hri_prediction.hybrid.prior_path import POINTS, Geometry, PriorPath, straight_path
+from hri_prediction.hybrid.prior_path import (
+    POINTS,
+    Geometry,
+    PriorPath,
+    optimal_path,
+    straight_path,
+)
 from hri_prediction.hybrid.task import PersonalTask, TaskKey, TaskRules
+from hri_prediction.hybrid.weight_process import WeightProcess, to_alpha
 from hri_prediction.prediction.config import PredictorConfig
 
 Array = NDArray[np.float64]
 
 OPTIMAL, STRAIGHT, OTHERS, WIDE = "optimal control", "straight line", "other people", "wide"
-GUESSES = (OPTIMAL, STRAIGHT, OTHERS, WIDE)
+USUAL = "optimal control, usual weights"
+"""The same weights for every reach, the mean of the process: what knowing the posture adds to it."""
+GUESSES = (OPTIMAL, USUAL, STRAIGHT, OTHERS, WIDE)
 _PHASES = np.linspace(0.0, 1.0, POINTS)
 
 
@@ -38,6 +47,7 @@ def wide_rules(predictor: PredictorConfig, config: HybridConfig) -> TaskRules:
 def other_guesses(
     rules: TaskRules,
     optimal: PersonalTask,
+    people: WeightProcess,
     reach: SeenReach,
     geometry: Geometry,
     others: Sequence[Array],
@@ -48,12 +58,16 @@ def other_guesses(
     Args:
         rules: Of the hybrid.
         optimal: The task as optimal control begins it.
+        people: Which weights are expected of anybody.
         reach: One of the person's, for the arm alone.
         geometry: What the reach is between.
         others: Mean paths of other people to the same target (POINTS, 6) [m].
         duration_s: Expected, from rest to rest.
     """
     onset = rules.predictor.onset_speed
+    usual = optimal_path(
+        reach.body, geometry, duration_s, to_alpha(people.mean, people.names), people.names, onset
+    )
     straight = straight_path(reach.body, geometry, duration_s, onset)
     still = replace(optimal.path, phases=_PHASES, values=np.tile(geometry.start, (POINTS, 1)))
     # Others' paths, moved to where this arm begins.
@@ -68,6 +82,7 @@ def other_guesses(
         return Guess(by, by.begin(key, optimal.alpha, geometry, path))
 
     return {
+        USUAL: begun(rules, usual),
         STRAIGHT: begun(rules, straight),
         OTHERS: begun(rules, elsewhere),
         WIDE: begun(wide, still),

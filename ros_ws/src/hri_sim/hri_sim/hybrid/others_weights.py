@@ -34,8 +34,7 @@ def others_weights(
         DataError: of too few people for a process of weights is known why they reach as they do.
     """
     people = sorted({each.person.split()[0] for each in repeated})
-    shipped: list[float] = []
-    others: list[float] = []
+    usual, pairs = load_process(), []
     for who in people:
         known = [
             why.data
@@ -49,22 +48,24 @@ def others_weights(
             )
         own = [each for each in repeated if each.person.split()[0] == who]
         process = fit_process(reduce(WeightData.and_also, known))
-        for by, errors in ((load_process(), shipped), (process, others)):
-            errors += [error for each in own for error in _errors(each, by)]
-    return {
-        "shipped_cm": 100.0 * float(np.mean(shipped)),
-        "others_cm": 100.0 * float(np.mean(others)),
-        "reaches": len(others),
-    }
+        for each in own:
+            both = zip(_errors(each, usual), _errors(each, process), strict=True)
+            # Of a reach that one of the two expects nothing of, nothing is compared.
+            pairs += [pair for pair in both if None not in pair]
+    if not pairs:
+        raise DataError("nothing can be expected of any reach by both")
+    shipped, others = 100.0 * np.array(pairs, dtype=float).mean(axis=0)
+    return {"shipped_cm": float(shipped), "others_cm": float(others), "reaches": len(pairs)}
 
 
-def _errors(each: Repeated, people: WeightProcess) -> list[float]:
+def _errors(each: Repeated, people: WeightProcess) -> list[float | None]:
     """Of each reach as the first one [m]; none where nothing can be expected."""
-    found = []
+    found: list[float | None] = []
     for reach in each.reaches:
         try:
             person, key = first_guess(each, reach, people)
         except HriError:
+            found.append(None)
             continue
         model = person.rules.model(person.tasks[key], *person.usual_duration())
         found.append(told(model, reach).warped_m)

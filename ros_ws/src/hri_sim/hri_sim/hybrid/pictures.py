@@ -70,8 +70,10 @@ def weights(found: Mapping[str, Any], names: list[str], path: Path) -> None:
         own = {name: by[target] for name, by in people.items() if target in by}
         places = np.arange(len(own))
         above, below = axes[0][column], axes[1][column]
-        # None: weights that have no optimum.
-        before = [each["before_cm"] or 0.0 for each in own.values()]
+        # Weights that have no optimum have no bar.
+        before = [
+            np.nan if each["before_cm"] is None else each["before_cm"] for each in own.values()
+        ]
         above.bar(places - 0.2, before, 0.4, label="guessed")
         above.bar(places + 0.2, [each["after_cm"] for each in own.values()], 0.4, label="new")
         above.set_title(target, fontsize=9)

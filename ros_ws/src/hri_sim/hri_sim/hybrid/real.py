@@ -193,9 +193,10 @@ def _begin(
 ) -> tuple[HybridPerson, TaskKey, dict[str, Guess]] | str:
     """All first guesses; or why there are none."""
     try:
-        person, key = first_guess(each, reach, load_process())
+        people = load_process()
+        person, key = first_guess(each, reach, people)
         task, duration_s = person.tasks[key], person.config.duration
-        made = other_guesses(person.rules, task, reach, task.geometry, paths, duration_s)
+        made = other_guesses(person.rules, task, people, reach, task.geometry, paths, duration_s)
     except HriError as error:
         return str(error)
     return person, key, {OPTIMAL: Guess(person.rules, task), **made}

@@ -101,44 +101,64 @@ def _family(family: str, found: Mapping[str, Any]) -> list[str]:
     return [*text, ""]
 
 
+def _cell(value: float, met: bool, text: str) -> str:
+    return f"{value:{text}}, {'met' if met else '**missed**'}"
+
+
 def _bars(content: Mapping[str, Any]) -> list[str]:
-    found = content["families"]["optimal"]
-    curve = found["curves"]
+    families = content["families"]
+    curves = {name: found["curves"] for name, found in families.items()}
     rows = [
         (
-            f"rest of the path after {count} reaches",
-            f"≤ {bar} cm",
-            f"{curve[OPTIMAL]['warped_m'][count]:.2f} cm",
+            f"rest of the path after {count} reaches [cm]",
+            f"≤ {bar}",
+            *(
+                _cell(value, value <= bar, ".2f")
+                for curve in curves.values()
+                for value in [curve[OPTIMAL]["warped_m"][count]]
+            ),
         )
         for count, bar in BARS_CM.items()
-        if count in curve[OPTIMAL]["warped_m"]
+        if count in next(iter(curves.values()))[OPTIMAL]["warped_m"]
     ]
     rows.append(
         (
-            "the same before any reach, beside the straight line",
-            "below",
-            f"{curve[OPTIMAL]['warped_m']['0']:.2f} beside {curve[STRAIGHT]['warped_m']['0']:.2f} cm",
+            "the same before any reach, less that of the straight line [cm]",
+            "< 0",
+            *(
+                _cell(less, less < 0.0, "+.2f")
+                for curve in curves.values()
+                for less in [curve[OPTIMAL]["warped_m"]["0"] - curve[STRAIGHT]["warped_m"]["0"]]
+            ),
         )
     )
-    if len(found["divergence"]) >= 10:
+    if all(len(found["divergence"]) >= 10 for found in families.values()):
         rows.append(
             (
                 "Kullback-Leibler divergence by weight of the 10th update (median)",
                 f"< {BAR_DIVERGENCE}",
-                f"{found['divergence'][9]:.4f}",
+                *(
+                    _cell(value, value < BAR_DIVERGENCE, ".4f")
+                    for found in families.values()
+                    for value in [found["divergence"][9]]
+                ),
             )
         )
-    return [
+    text = [
         "## What is asked for\n",
-        "Family `optimal`, target and duration told.\n",
-        markdown(("what", "bar", "here"), rows),
-        "![errors](hybrid/errors.png)\n",
-        "Like figure 3.9 of the thesis: errors of each person and target by reaches seen, and the "
-        "divergence of each update.\n",
-        "![weights](hybrid/weights.png)\n",
-        "Like figure 3.10: distance of the optimum to the mean path with guessed and with new weights, and "
-        "the new weights beside the true ones.\n",
+        "By family; target and duration told. `optimal` moves as the models of the predictor do, by "
+        "laws of weights of its own; the others do not.\n",
+        markdown(("what", "bar", *(f"`{name}`" for name in families)), rows),
+        "Errors of each person and target by reaches seen, and the divergence of each update (like figure "
+        "3.9 of the thesis); distance of the optimum to the mean path with guessed and with new weights, "
+        "and the new weights beside the true ones (like figure 3.10).\n",
     ]
+    for name in families:
+        text += [
+            f"![Errors, {name}](hybrid/errors_{name}.png)\n",
+            f"![Weights, {name}](hybrid/weights_{name}.png)\n",
+        ]
+    return text
 
 
 def _real(found: Mapping[str, Any]) -> list[str]:
@@ -156,6 +176,9 @@ def _real(found: Mapping[str, Any]) -> list[str]:
         _curve_table(found["curves"], "end_m"),
         "Negative log density, and share of samples within the central 50 % and 95 %:\n",
         _sure_table(found["sure"]),
+        "Kullback-Leibler divergence by weight of each update (median): "
+        + ", ".join(f"{value:.3f}" for value in found["divergence"])
+        + ".\n",
         f"Mean paths explained: {found['explained']}, the optimum {_cm(found['before_cm'])} from them "
         f"with guessed and {_cm(found['after_cm'])} with new weights (medians)."
         if found["explained"]

@@ -87,12 +87,9 @@ def run_person(
     judged: int = _JUDGED,
 ) -> Course:
     """Let a person reach for each target, predict, and learn."""
-    config, predictor = HybridConfig(), PredictorConfig()
+    config, predictor, people = HybridConfig(), PredictorConfig(), load_process()
     person = HybridPerson(
-        {name: habit.tip for name, habit in subject.habits.items()},
-        load_process(),
-        predictor,
-        config,
+        {name: habit.tip for name, habit in subject.habits.items()}, people, predictor, config
     )
     person.at_rest(subject.rest)
     keys = {key.target: key for key in person.tasks}
@@ -111,7 +108,7 @@ def run_person(
         paths = [other.habits[target].mean for other in others]
         state[OPTIMAL][target] = Guess(person.rules, task)
         made = other_guesses(
-            person.rules, task, tests[target][0], task.geometry, paths, config.duration
+            person.rules, task, people, tests[target][0], task.geometry, paths, config.duration
         )
         for guess, begun in made.items():
             state[guess][target] = begun

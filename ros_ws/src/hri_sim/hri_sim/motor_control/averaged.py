@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hri_prediction.motor_control import design
 from hri_prediction.motor_control.analyses.table import ReachTable, table_of
@@ -15,21 +16,26 @@ from hri_prediction.motor_control.costs import CHAPTER_3
 from hri_prediction.motor_control.observed import ObservedReach, of_angles
 from hri_prediction.motor_control.problem import ReachProblem
 
+Array = NDArray[np.float64]
 
-def mean_reach(rows: ReachTable, arm: ArmModel) -> ObservedReach:
+
+def mean_reach(
+    angles: Array, durations_s: Array, v_start: Array, v_end: Array, arm: ArmModel, name: str
+) -> ObservedReach:
     """The mean of reaches of many people, by phase, as one arm makes it.
 
     Args:
-        rows: Reaches of one task.
+        angles: Joint angles at the same evenly spaced phases (N, P, 3) [rad].
+        durations_s: Of each (N,).
+        v_start: Joint velocities where they begin (N, 3) [rad/s].
+        v_end: Where they end.
         arm: Of nobody: of mean lengths and mass.
+        name: Of the task.
     """
-    duration = float(rows.duration_s.mean())
-    angles = rows.angles.mean(axis=0)
-    v_start, v_end = (
-        (v * rows.duration_s[:, None]).mean(axis=0) / duration for v in (rows.v_start, rows.v_end)
-    )
-    problem = ReachProblem.moving(angles[0], angles[-1], duration, v_start, v_end)
-    return of_angles(problem, angles, arm, f"{rows.start[0]} {rows.target[0]}")
+    duration, mean = float(durations_s.mean()), angles.mean(axis=0)
+    first, last = ((v * durations_s[:, None]).mean(axis=0) / duration for v in (v_start, v_end))
+    problem = ReachProblem.moving(mean[0], mean[-1], duration, first, last)
+    return of_angles(problem, mean, arm, name)
 
 
 def explain_means(
@@ -49,10 +55,14 @@ def explain_means(
     """
     arm = ArmModel.of_body()
     tasks = list(dict.fromkeys(zip(table.start.tolist(), table.target.tolist(), strict=True)))
-    reaches = [
-        mean_reach(table.where((table.start == start) & (table.target == target)), arm)
-        for start, target in tasks
-    ]
+    reaches = []
+    for start, target in tasks:
+        rows = table.where((table.start == start) & (table.target == target))
+        reaches.append(
+            mean_reach(
+                rows.angles, rows.duration_s, rows.v_start, rows.v_end, arm, f"{start} {target}"
+            )
+        )
     jobs = [Job(i, each, arm, CHAPTER_3) for i, each in enumerate(reaches)]
     outcomes = explain_all(jobs, workers=workers, kept=Kept(file), progress=progress)
     return table_of(

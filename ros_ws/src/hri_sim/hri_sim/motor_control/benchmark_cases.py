@@ -14,16 +14,24 @@ from hri_prediction.errors import HriError
 from hri_prediction.motor_control import design
 from hri_prediction.motor_control.arm_model import ArmModel
 from hri_prediction.motor_control.batch import Job, Outcome, explain_all
-from hri_prediction.motor_control.costs import CHAPTER_2, CHAPTER_3, COSTS
+from hri_prediction.motor_control.costs import CHAPTER_2, CHAPTER_3, COSTS, indices_of
 from hri_prediction.motor_control.ioc import explain
 from hri_prediction.motor_control.law import explained, fit_law
 from hri_prediction.motor_control.multiple_shooting import MultipleShooting
-from hri_prediction.motor_control.observed import of_angles
-from hri_prediction.motor_control.ocp import NotConverged, ReachSolver
+from hri_prediction.motor_control.observed import ObservedReach, of_angles
+from hri_prediction.motor_control.ocp import Motion, NotConverged, ReachSolver
 from hri_prediction.motor_control.problem import ReachProblem
 from hri_prediction.motor_control.scaling import scaling_of
 from hri_prediction.motor_control.search import search
-from hri_sim.motor_control.people import Recorded, draw_people, measured_arm, record, see
+from hri_prediction.motor_control.seen import SHARE_OF_PEAK
+from hri_sim.motor_control.people import (
+    Recorded,
+    draw_people,
+    measured_arm,
+    record,
+    see,
+    see_whole,
+)
 
 Array = NDArray[np.float64]
 Tick = Callable[[int, int], None]
@@ -128,7 +136,11 @@ def _other_starts(
     found = []
     for _ in range(count):
         start = motion.coefficients + rng.normal(0.0, _SPREAD_RAD, motion.coefficients.shape)
-        again = solver.solve(task, weights, start=start)
+        try:
+            again = solver.solve(task, weights, start=start)
+        except NotConverged:
+            found.append(1.0)  # a miss by all of itself
+            continue
         found.append(abs(float(weights @ again.costs) - cost) / cost)
     return found
 
@@ -138,12 +150,17 @@ def inverse_case(extent: Extent, rng: np.random.Generator, tick: Tick) -> dict[s
     solver = ReachSolver(ArmModel.of_body())
     every = design.tasks()
     errors, solves, seconds, not_worse, search_solves = [], [], [], [], []
+    cut: dict[str, list[tuple[float, float]]] = {"accelerations_free": [], "accelerations_seen": []}
     for number in range(extent.inverse):
         task = ReachProblem.at_rest(*every[int(rng.integers(len(every)))][2:])
         alpha = rng.dirichlet(np.full(len(CHAPTER_2), 2.0))
         while alpha.min() < INTERIOR:
             alpha = rng.dirichlet(np.full(len(CHAPTER_2), 2.0))
-        motion = solver.solve(task, scaling_of(solver, task).weights(alpha, CHAPTER_2))
+        scaling = scaling_of(solver, task)
+        motion = solver.solve(task, scaling.weights(alpha, CHAPTER_2))
+        truth = scaling.factors[indices_of(CHAPTER_2)] * alpha
+        for name, values in cut.items():
+            values.append(_of_cut(solver, motion, truth, seen=name == "accelerations_seen"))
         phases = np.linspace(0.0, 1.0, round(task.duration * RATE_HZ) + 1)
         seen = of_angles(task, motion.angles(phases), solver.arm)
         begun = time.perf_counter()
@@ -166,7 +183,44 @@ def inverse_case(extent: Extent, rng: np.random.Generator, tick: Tick) -> dict[s
         "seconds_max": max(seconds),
         "dtw_not_worse_share": float(np.mean(not_worse)),
         "search_solves_median": float(np.median(search_solves)),
+        "cut": {
+            name: {
+                "alpha_error_median": float(np.median([error for error, _ in values])),
+                "distance_cm_median": 100.0 * float(np.median([apart for _, apart in values])),
+            }
+            for name, values in cut.items()
+        },
     }
+
+
+def _of_cut(
+    solver: ReachSolver, motion: Motion, truth: Array, *, seen: bool
+) -> tuple[float, float]:
+    """Explain the part of a motion that is seen of reaches, without noise.
+
+    Args:
+        solver: Of the arm.
+        motion: From rest to rest.
+        truth: S alpha of its costs (n,).
+        seen: Whether accelerations where it was cut are known; else they are left to the optimum, as of
+            recordings, which are too noisy for them.
+
+    Returns:
+        Greatest error of a weight, and distance of the optimum by dynamic time warping and sample [m].
+    """
+    phases = np.linspace(0.0, 1.0, 401)
+    speed = np.linalg.norm(np.gradient(motion.hand(phases, solver.arm), phases, axis=0), axis=1)
+    fast = phases[speed >= SHARE_OF_PEAK * speed.max()]
+    share = float(fast[-1] - fast[0])
+    at = np.linspace(fast[0], fast[-1], round(share * motion.duration * RATE_HZ) + 1)
+    q, v, a = (motion.angles(at, order)[[0, -1]] for order in (0, 1, 2))
+    duration = share * motion.duration
+    problem = ReachProblem.moving(q[0], q[1], duration, v[0], v[1])
+    if seen:
+        problem = ReachProblem(q[0], q[1], duration, v[0], v[1], a[0], a[1])
+    found = explain(solver, of_angles(problem, motion.angles(at), solver.arm))
+    same = truth / found.factors
+    return float(np.abs(found.alpha - same / same.sum()).max()), found.distance_m
 
 
 def people_case(
@@ -180,12 +234,15 @@ def people_case(
     say("recording people")
     jobs: list[Job] = []
     recorded: list[Recorded] = []
+    whole: list[ObservedReach] = []
     for number, person in enumerate(people):
         recordings = [record(person, start, target, rng) for start, target in pairs]
         arm = measured_arm(person, recordings)
         for each in recordings:
             jobs.append(Job(len(jobs), see(each, arm), arm))
             recorded.append(each)
+        if not number:
+            whole = [see_whole(each, arm) for each in recordings]
         tick(number + 1, len(people))
     say("explaining their reaches, on one core")
     begun = time.perf_counter()
@@ -198,13 +255,12 @@ def people_case(
         one.alpha_with(np.array(o.factors)) if o.factors else one.alpha
         for one, o in zip(recorded, outcomes, strict=True)
     ]
-    say("fitting a law")
-    solvers = {jobs[0].arm: ReachSolver(jobs[0].arm)}
-    seen = [job.observed for job in jobs[first]]
-    fitted = fit_law(lambda _: solvers[jobs[0].arm], seen, progress=tick)
     nothing = np.full(len(CHAPTER_2), 1.0 / len(CHAPTER_2))
     single = [np.array(o.alpha) if o.alpha else nothing for o in outcomes[first]]
-    found = [fitted.law.alpha(each.problem.q_start, each.problem.q_end) for each in seen]
+    solver, own = ReachSolver(jobs[0].arm), recorded[first]
+    say("fitting a law")
+    of_whole = _law(solver, whole, own, tick)
+    of_cut = _law(solver, [job.observed for job in jobs[first]], own, tick)
     return {
         "batch": {
             "n": len(jobs),
@@ -213,12 +269,26 @@ def people_case(
         },
         "composite": _composite(outcomes[first], truth[first]),
         "law": {
-            "n": len(seen),
-            "r2_truth": explained(truth[first], found),
+            "n": len(whole),
+            **of_whole,
             "r2_single_reaches": explained(truth[first], single),
-            "rms_cm": 100.0 * fitted.rms_m,
+            "cut": of_cut,
         },
     }
+
+
+def _law(
+    solver: ReachSolver, seen: Sequence[ObservedReach], recorded: Sequence[Recorded], tick: Tick
+) -> dict[str, float]:
+    """Fit a law to reaches of one person; how much of the true weights it explains."""
+    chosen = indices_of(CHAPTER_2)
+    truth = [
+        one.alpha_with(scaling_of(solver, each.problem).factors[chosen])
+        for one, each in zip(recorded, seen, strict=True)
+    ]
+    fitted = fit_law(lambda _: solver, seen, progress=tick)
+    found = [fitted.law.alpha(each.problem.q_start, each.problem.q_end) for each in seen]
+    return {"r2_truth": explained(truth, found), "rms_cm": 100.0 * fitted.rms_m}
 
 
 def _composite(outcomes: Sequence[Outcome], truth: Sequence[Array]) -> dict[str, Any]:

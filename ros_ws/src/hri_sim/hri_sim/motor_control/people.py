@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +15,14 @@ from hri_prediction.motor_control.arm_model import (
     UPPER_MASS,
     ArmModel,
 )
+from hri_prediction.motor_control.convention import YAW_PITCH
 from hri_prediction.motor_control.costs import CHAPTER_2, indices_of
 from hri_prediction.motor_control.kinematics import elbow_and_wrist
 from hri_prediction.motor_control.law import FEATURES, WeightLaw
 from hri_prediction.motor_control.observed import ObservedReach
 from hri_prediction.motor_control.ocp import Motion, NotConverged, ReachSolver
 from hri_prediction.motor_control.problem import ReachProblem
-from hri_prediction.motor_control.scaling import scaling_of
+from hri_prediction.motor_control.scaling import rescaled, scaling_of
 from hri_prediction.motor_control.seen import arm_of, mean_of, observe, to_recording
 from hri_prediction.tracks.track import ArmTrack
 
@@ -88,15 +89,24 @@ class Recorded:
     ends: Array
 
     def alpha_with(self, factors: Array) -> Array:
-        """The same weights with other scale factors (n,): S alpha is what says which motion is best."""
-        found = self.alpha * self.factors / np.asarray(factors)
-        return found / found.sum()
+        """The same weights with other scale factors (n,)."""
+        return rescaled(self.alpha, self.factors, factors)
 
 
 def draw_people(
-    count: int, rng: np.random.Generator, starts_deg: Array = design.STARTS_DEG
+    count: int,
+    rng: np.random.Generator,
+    starts_deg: Array = design.STARTS_DEG,
+    convention: str = YAW_PITCH.name,
 ) -> list[Reacher]:
-    """People who have a law of weights in common, and each their own variation of it."""
+    """People who have a law of weights in common, and each their own variation of it.
+
+    Args:
+        count: How many.
+        rng: Draws them.
+        starts_deg: Postures that they will begin in (N, 3).
+        convention: Of the joint angles of their arms.
+    """
     usual = np.array([_USUAL[name] for name in CHAPTER_2])
     logs = np.delete(np.log(usual / _USUAL["joint_jerk"]), CHAPTER_2.index("joint_jerk"))
     slopes = rng.normal(0.0, _SLOPE_SD, (len(logs), len(FEATURES) - 1))
@@ -110,7 +120,7 @@ def draw_people(
         people.append(
             Reacher(
                 name=f"S{number + 1}",
-                arm=ArmModel.of_body(float(height), float(mass)),
+                arm=ArmModel.of_body(float(height), float(mass), convention=convention),
                 law=WeightLaw(CHAPTER_2, theta),
                 pace=float(np.exp(rng.normal(0.0, _PACE_SD))),
                 offsets=rng.normal(
@@ -203,6 +213,24 @@ def see(recorded: Recorded, arm: ArmModel) -> ObservedReach:
     return mean_of(reaches, arm, f"{recorded.tracks[0].subject} {recorded.tracks[0].task}")
 
 
+def see_whole(recorded: Recorded, arm: ArmModel) -> ObservedReach:
+    """The mean of the repetitions from rest to rest, for somebody who knows when each began and ended.
+
+    Args:
+        recorded: What was recorded.
+        arm: What is known of the person's arm.
+    """
+    reaches = []
+    for track, (begin, end) in zip(recorded.tracks, recorded.ends, strict=True):
+        seen = observe(
+            track, float(begin), float(end), arm, facing_rad=FACING_RAD, trim=False, name=track.task
+        )
+        problem = seen.problem
+        rest = ReachProblem.at_rest(problem.q_start, problem.q_end, problem.duration)
+        reaches.append(replace(seen, problem=rest))
+    return mean_of(reaches, arm, f"{recorded.tracks[0].subject} {recorded.tracks[0].task}")
+
+
 def measured_arm(person: Reacher, recordings: list[Recorded]) -> ArmModel:
     """The arm as it is known from recordings, and the person's height and mass from asking."""
     if not recordings:
@@ -210,7 +238,7 @@ def measured_arm(person: Reacher, recordings: list[Recorded]) -> ArmModel:
     height = person.arm.upper_m / UPPER_LENGTH
     mass = person.arm.upper_kg / UPPER_MASS
     tracks = [track for each in recordings for track in each.tracks]
-    return arm_of(tracks, height_m=height, mass_kg=mass)
+    return arm_of(tracks, height_m=height, mass_kg=mass, convention=person.arm.convention)
 
 
 def _within(angles: Array) -> Array:

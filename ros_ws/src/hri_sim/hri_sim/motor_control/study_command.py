@@ -30,8 +30,6 @@ RESULTS = Path("docs/results")
 RUNS, SMOKE_RUNS = Path("runs/motor_control"), Path("runs/smoke_motor_control")
 VERTEX = 0.01
 """With all but this in one cost, a reach is explained by that cost alone."""
-MEANS = "means.json"
-"""In the folder of runs: the mean reach of each task, explained."""
 FILE, TEXT, PICTURES = "motor_control.json", "motor_control.md", "motor_control"
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
@@ -101,31 +99,6 @@ def of_real(
     }
 
 
-def write_explained(path: Path, means: ReachTable) -> None:
-    """The mean reaches as ``fit_ioc.py`` writes what it explains, for ``scripts/fit_weights.py``."""
-    reaches = [
-        {
-            "name": f"{start} {target}",
-            "error": "",
-            "alpha": alpha,
-            "sd": sd,
-            "q_start_deg": q_start,
-            "q_end_deg": q_end,
-        }
-        for start, target, alpha, sd, q_start, q_end in zip(
-            means.start.tolist(),
-            means.target.tolist(),
-            means.alpha.tolist(),
-            means.sd.tolist(),
-            np.degrees(means.q_start).tolist(),
-            np.degrees(means.q_end).tolist(),
-            strict=True,
-        )
-    ]
-    content = {"costs": list(means.names), "reaches": reaches}
-    path.write_text(json.dumps(content, allow_nan=False) + "\n")
-
-
 def reproduce(
     study: Study,
     runs: Path,
@@ -149,7 +122,6 @@ def reproduce(
     means = explain_means(
         table, runs / "means.jsonl", workers=workers, progress=progress.count
     ).explained
-    write_explained(runs / MEANS, means)
     of_chapter = np.isin(table.start, [f"P{index + 1}" for index in design.IN_CHAPTER_2])
     nine = table.where(of_chapter)
     second = of_chapter_2(nine, study, study.seed, progress)

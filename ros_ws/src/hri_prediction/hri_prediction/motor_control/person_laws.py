@@ -1,0 +1,113 @@
+"""One law of weights for each person: fitted to all of the reaches of one of their arms at once."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from hri_prediction.errors import HriError
+from hri_prediction.motor_control.batch import Outcome
+from hri_prediction.motor_control.collected import CollectedReach
+from hri_prediction.motor_control.law import FEATURES, FittedLaw, fit_law
+from hri_prediction.motor_control.ocp import ReachSolver
+from hri_prediction.motor_control.results_table import markdown
+
+LEAST_REACHES = len(FEATURES) + 1
+"""A law has so many parameters for each ratio of weights, and wants one more reach."""
+
+
+@dataclass(frozen=True, eq=False)
+class PersonLaw:
+    """A law of one arm of a person.
+
+    Attributes:
+        person: Whose, and which arm.
+        reaches: It was fitted to so many.
+        fitted: The law.
+    """
+
+    person: str
+    reaches: int
+    fitted: FittedLaw
+
+
+def fit_person_laws(
+    reaches: Sequence[CollectedReach],
+    outcomes: Sequence[Outcome],
+    names: tuple[str, ...],
+    scaling: str,
+    progress: Callable[[int, int], None] = lambda done, of: None,
+) -> tuple[list[PersonLaw], list[str]]:
+    """Fit a law to the reaches of each arm that could be explained.
+
+    Args:
+        reaches: Of all people.
+        outcomes: What explains each, in the same order.
+        names: Costs, joint jerk among them.
+        scaling: How costs are brought to one range.
+        progress: Called with steps done and their number, arm by arm.
+
+    Returns:
+        The laws, and a line for each arm that has none.
+
+    Raises:
+        ConfigError: without joint jerk, or with one cost alone.
+    """
+    groups: dict[str, list[CollectedReach]] = defaultdict(list)
+    for reach, outcome in zip(reaches, outcomes, strict=True):
+        if not outcome.error:
+            groups[reach.person].append(reach)
+    found, left_out = [], []
+    for person, own in sorted(groups.items()):
+        if len(own) < LEAST_REACHES:
+            left_out.append(f"{person}: {len(own)} reaches, a law needs {LEAST_REACHES}")
+            continue
+        try:
+            fitted = _fit(own, names, scaling, progress)
+        except HriError as error:
+            left_out.append(f"{person}: {error}")
+            continue
+        found.append(PersonLaw(person, len(own), fitted))
+    return found, left_out
+
+
+def _fit(
+    own: Sequence[CollectedReach],
+    names: tuple[str, ...],
+    scaling: str,
+    progress: Callable[[int, int], None],
+) -> FittedLaw:
+    """The law of reaches of one arm: all of them have the same model."""
+    solver = ReachSolver(own[0].arm)
+    seen = [each.observed for each in own]
+    return fit_law(lambda _: solver, seen, names, scaling=scaling, progress=progress)
+
+
+def to_mapping(one: PersonLaw) -> dict[str, Any]:
+    """For the file of results: theta and its standard deviations, a row a cost but joint jerk."""
+    return {
+        "person": one.person,
+        "reaches": one.reaches,
+        "features": list(FEATURES),
+        "theta": one.fitted.law.theta.tolist(),
+        "theta_sd": one.fitted.theta_sd.tolist(),
+        "rms_cm": 100.0 * one.fitted.rms_m,
+        "steps": one.fitted.steps,
+    }
+
+
+def law_lines(laws: Sequence[PersonLaw], left_out: Sequence[str]) -> list[str]:
+    """The part of the report on laws."""
+    text = ["## Laws of weights\n"]
+    if laws:
+        rows = [(one.person, str(one.reaches), f"{100.0 * one.fitted.rms_m:.2f}") for one in laws]
+        text += [
+            "log of a weight by that of joint jerk = θ · [1, q_start, q_end], one θ for all reaches of an "
+            "arm (in results.json, with standard deviations). Distance: root mean square of all samples to "
+            "the optima of the law, at the same phase.\n",
+            markdown(("arm", "reaches", "distance [cm]"), rows),
+        ]
+    text += [f"- no law of {line}" for line in left_out]
+    return [*text, ""]
