@@ -8,12 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import approx_fprime
 
-from hri_prediction.errors import DataError
+from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.ontology.costs import COSTS, NUMBER, path_costs
 from hri_prediction.ontology.features import pair_features
 from hri_prediction.ontology.movements import Movement
 from hri_prediction.ontology.piirl import cosine, learn, negative_log_likelihood
-from hri_prediction.ontology.sampling import draw_around, third_differences
+from hri_prediction.ontology.sampling import WAVES, draw_around, third_differences
 from hri_prediction.ontology.synthetic import optimal_movement, total_cost
 from hri_prediction.ontology.upper_body import NEUTRAL, UpperBody
 
@@ -79,6 +79,12 @@ def test_a_truth_is_found_again() -> None:
     np.testing.assert_allclose(found.scaled, found.weights * found.scale)
 
 
+@pytest.mark.parametrize("penalty", [0.0, -1.0, np.nan])
+def test_without_a_penalty_there_need_be_no_minimum(penalty: float) -> None:
+    with pytest.raises(ConfigError, match="more than 0"):
+        learn([np.zeros(3)], [np.ones((4, 3))], penalty)
+
+
 def test_the_unit_of_a_feature_does_not_matter() -> None:
     rng = np.random.default_rng(1)
     demonstrations = [rng.normal(size=3) - 0.5 for _ in range(30)]
@@ -117,12 +123,14 @@ def test_samples_are_as_they_are_said_to_be() -> None:
     assert np.abs(aside.mean(axis=0)).max() < 0.004
     deviation = aside.std(axis=0)
     assert deviation.max(axis=0) == pytest.approx(SPREAD, rel=0.06)
-    # Least jerk: the covariance is that of the inverse of R.
+    # Least jerk: the covariance is that of the longest waves of the inverse of R.
     count = len(path()) - 2
     third = np.zeros((count + 3, count))
     for row in range(count):
         third[row : row + 4, row] = (1, -3, 3, -1)
-    wanted = np.linalg.pinv(third.T @ third)
+    rough, waves = np.linalg.eigh(third.T @ third)
+    assert (1.0 / rough[:WAVES]).sum() > 0.99 * (1.0 / rough).sum()
+    wanted = (waves[:, :WAVES] / rough[:WAVES]) @ waves[:, :WAVES].T
     wanted *= 0.05**2 / wanted.diagonal().max()
     np.testing.assert_allclose(np.cov(aside[:, 1:-1, 7].T), wanted, atol=3e-4)
 

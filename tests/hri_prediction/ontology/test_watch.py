@@ -100,6 +100,28 @@ def test_a_segment_is_told_soon_after_its_end() -> None:
             assert sample.stamp_ns - segment.end_ns < (rest_s + 0.05) * 1e9
 
 
+# Hardly faster than what begins a movement: half its greatest speed is that of an end.
+SLOW = arm_track([(0.5, 1.2, 0.06)], 3.5)
+
+
+@pytest.mark.parametrize("track", [A, SLOW])
+def test_what_is_about_to_end_is_known_to_be(track: ArmTrack) -> None:
+    ends = [(segment.agent, segment.end_ns) for segment in watched((track, B))]
+    assert {agent for agent, _ in ends} == {0, 1}
+    watch = DyadWatch()
+    ending: dict[tuple[int, int], bool] = {}
+    for agent, sample in merged((track, B)):
+        watch.push(agent, sample)
+        ending |= {(who, sample.stamp_ns): watch.ending(who) for who in (0, 1)}
+        assert watch.moving(0) or not watch.ending(0)
+    for who, end_ns in ends:
+        soon = [told for (one, ns), told in ending.items() if one == who and 0 <= ns - end_ns < 6e7]
+        assert len(soon) > 5
+        assert all(soon)
+    # Not all the time.
+    assert 0.1 < np.mean([told for (who, _), told in ending.items() if who == 0]) < 0.4
+
+
 def test_what_is_under_way_is_known_so_far() -> None:
     watch = DyadWatch()
     seen = {False: 0, True: 0}
@@ -149,11 +171,60 @@ def test_identities_that_swap_end_what_is_under_way() -> None:
     found = segments_of(
         (dataclasses.replace(A, keypoints=one), dataclasses.replace(B, keypoints=other))
     )
-    assert [s.reason[:16] for s in found[:2]] == ["the wrist jumped"] * 2
+    assert [s.reason.partition(" by ")[0] for s in found[:2]] == [
+        "the wrist jumped", "the other one's wrist jumped"
+    ]  # fmt: skip
     # What comes after is as it was, the agents exchanged.
     last = next(s for s in segments_of((A, B)) if s.onset_ns > 1.5e9)
     assert (found[-1].agent, found[-1].reason) == (1, "")
     np.testing.assert_allclose(found[-1].features, last.features, atol=1e-9)
+
+
+@pytest.mark.parametrize("gap_s", [0.0, 0.02, 0.05, 0.08, 0.096])
+@pytest.mark.parametrize("away", [0.3, 0.45, 0.7])
+@pytest.mark.parametrize("when_s", [0.75, 0.9, 1.05])
+def test_identities_that_swap_while_markers_are_lost(
+    gap_s: float, away: float, when_s: float
+) -> None:
+    """No speed is too high then: no movement may have distances to both in it all the same."""
+    a = arm_track([(0.5, 0.8, 0.3)], 2.5, noise=0.0005)
+    b = arm_track([(0.6, 0.8, -0.2)], 2.5, away=0.3 + away, noise=0.0005, name="b")
+    swap = a.time_s > when_s
+    lost = swap & (a.time_s <= when_s + gap_s)
+    one = np.where(swap[:, None, None], b.keypoints, a.keypoints)
+    other = np.where(swap[:, None, None], a.keypoints, b.keypoints)
+    one[lost], other[lost] = np.nan, np.nan
+    found = segments_of(
+        (dataclasses.replace(a, keypoints=one), dataclasses.replace(b, keypoints=other))
+    )
+    swap_ns = when_s * 1e9
+    across = [s for s in found if s.onset_ns < swap_ns < s.end_ns - 1e8 and s.features is not None]
+    assert not across, across
+    assert any("jumped" in s.reason for s in found)
+
+
+def test_a_jump_of_the_other_one_ends_what_is_under_way() -> None:
+    a = arm_track([(0.5, 1.0, 0.3)], 2.5)
+    b = arm_track([], 2.5, away=0.6, name="b")
+    points = b.keypoints.copy()
+    points[b.time_s > 1.0] += (0.4, 0.0, 0.0)
+    found = segments_of((a, dataclasses.replace(b, keypoints=points)))
+    assert [s.reason for s in found] == ["the other one's wrist jumped by 0.40 m"]
+    assert found[0].agent == 0
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_markers_that_are_lost_for_a_moment_in_a_fast_reach_have_not_jumped(seed: int) -> None:
+    """Half a metre in 0.45 s: 2.1 m/s, and 14 m/s² at most; gaps of up to 0.1 s anywhere in it."""
+    rng = np.random.default_rng(seed)
+    a = arm_track([(0.5, 0.45, 0.5)], 2.0, noise=0.002)
+    b = arm_track([], 2.0, away=0.8, name="b", noise=0.002)
+    points = a.keypoints.copy()
+    begin = rng.uniform(0.4, 1.0)
+    points[(a.time_s > begin) & (a.time_s < begin + rng.uniform(0.02, 0.095))] = np.nan
+    found = segments_of((dataclasses.replace(a, keypoints=points), b))
+    assert not any("jumped" in s.reason for s in found), found
+    assert any(s.agent == 0 and s.features is not None for s in found)
 
 
 def test_too_short_and_too_long_are_said() -> None:

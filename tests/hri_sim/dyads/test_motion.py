@@ -24,6 +24,17 @@ def capture(seed: int, encounters: int = 0) -> Capture:
     return Capture(dyad_bodies(moved, ("ann", "bob"), seed, Placement(0.85, yaw=0.5)), 0)
 
 
+def test_how_far_ahead_an_arm_is_found_out_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = []
+    for ahead in (1, 8):
+        monkeypatch.setattr("hri_sim.dyads.bodies.AHEAD", ahead)
+        arms = dyad_bodies(motion(), ("ann", "bob"), 0, Placement(0.85, yaw=0.5))
+        # Back a little, as captures are that were skipped.
+        steps = [*range(700), 690, *range(700, 705)]
+        found.append([arms[name][0].truth(0.004 * step) for step in steps for name in arms])
+    np.testing.assert_allclose(found[0], found[1], rtol=0.0, atol=1e-12)
+
+
 def test_encounters_follow_each_other_with_rests_between() -> None:
     dyad = motion(encounters=3)
     hands = np.array([dyad.at(step) for step in range(5000)])

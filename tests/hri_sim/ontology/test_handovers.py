@@ -50,6 +50,19 @@ def test_every_movement_is_in_the_table(tmp_path: Path) -> None:
     assert "unlike what was learnt" in text  # they stand a metre apart
 
 
+def test_costs_are_learnt_from_skeletons(tmp_path: Path) -> None:
+    trials = handovers.load_skeletons(skeletons(tmp_path / "s.npz"))
+    found = handovers.learn_handovers(trials, 0)
+    assert len(found) == handovers.DRAWS
+    assert found[0].movements > 2
+    assert all(np.isfinite(one.weights).all() for one in found)
+    text = "\n".join(handovers.cost_lines(found))
+    assert f"| draw 1 | {found[0].movements} |" in text
+    assert "Cosine of the nearness" in text
+    with pytest.raises(DataError, match="demonstrations"):
+        handovers.learn_handovers([], 0)
+
+
 @pytest.mark.parametrize(
     ("changes", "said"),
     [

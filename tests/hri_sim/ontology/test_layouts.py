@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from hri_prediction.errors import ConfigError
+from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.ontology.cases import REDUCED, case_of, cases, find_case
+from hri_sim.ontology.layout_file import SHIPPED_LAYOUTS, load_layouts, save_layouts
 from hri_sim.ontology.layouts import (
     POSITIONS,
     THERE_M,
@@ -19,9 +21,16 @@ from hri_sim.ontology.layouts import (
     seats,
     undisturbed,
 )
+from hri_sim.ontology.layouts_command import find_group
 from hri_sim.ontology.pictures import draw_layouts
 from hri_sim.ontology.sessions import layout_of
 
+CROSSED = {
+    "edges": [["M", "M"]],
+    "spaces_m": np.zeros((2, 2, 3)).tolist(),
+    "bow_m": np.zeros((2, 3)).tolist(),
+}
+"""A layout of case 3."""
 EVERY = [(case.number, position) for case in cases() for position in POSITIONS]
 
 
@@ -96,3 +105,44 @@ def test_people_sit_where_they_are_said_to() -> None:
 def test_they_are_drawn(tmp_path: Path) -> None:
     draw_layouts(tmp_path / "l.png", {"1": layout_of(1, "frontal"), "20": layout_of(20, "frontal")})
     assert (tmp_path / "l.png").stat().st_size > 10_000
+
+
+def test_what_ships_is_kept_whole(tmp_path: Path) -> None:
+    shipped = load_layouts()
+    assert sorted(shipped) == sorted(EVERY)
+    save_layouts(tmp_path / "l.json", shipped)
+    for key, one in load_layouts(tmp_path / "l.json").items():
+        for name in ("yaw", "shoulders", "spaces", "bow"):
+            np.testing.assert_array_equal(getattr(one, name), getattr(shipped[key], name))
+        assert one.edges == shipped[key].edges
+
+
+def test_the_search_begins_a_group_from_its_first_case() -> None:
+    found = find_group(((13, 19), "frontal"))
+    assert list(found) == [(13, "frontal"), (19, "frontal")]
+    for (number, _), layout in found.items():
+        edges = measured_edges(layout)
+        assert edges is not None
+        assert case_of(edges).number == number
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"format": "other"}, "no file of layouts"),
+        ({"cases": {"case_1": {"frontal": {}}}}, "incomplete"),
+        ({"cases": {"case_1": {"frontal": CROSSED}}}, "l.json: edges of case_3"),
+        ({"cases": {"case_99": {"frontal": {}}}}, "1 to 20"),
+        (
+            {"cases": {"case_1": {"frontal": {"edges": [], "spaces_m": [[0]], "bow_m": [0]}}}},
+            "instead of",
+        ),
+    ],
+)
+def test_other_files_are_refused(tmp_path: Path, change: dict[str, object], said: str) -> None:
+    content = json.loads(SHIPPED_LAYOUTS.read_text()) | change
+    (tmp_path / "l.json").write_text(json.dumps(content))
+    with pytest.raises(DataError, match=said):
+        load_layouts(tmp_path / "l.json")
+    with pytest.raises(ConfigError, match="frontal, orthogonal, same side"):
+        layout_of(1, "above")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -83,6 +84,7 @@ class InteractionMonitorNode(HriNode):
         self._counts: Counter[str] = Counter()
         self._late_ms: deque[float] = deque(maxlen=500)
         self._next_ns = 0
+        self._told_ns = [0, 0]
         warm_watch()
         verdict_on(self._classifier, np.ones(COUNT))
         self._features = self.announce(InteractionFeatures, FEATURES_TOPIC, reliable(1))
@@ -102,11 +104,17 @@ class InteractionMonitorNode(HriNode):
         old, new = set(before or ()), set(self._pair.bodies or ())
         for body in sorted(old - new):
             self.ignore(_ARM_TOPIC.format(body))
-        self._restart()
+        self._restart("other bodies are watched now", before)
         for body in sorted(new - old):
             self.listen(HumanArm, _ARM_TOPIC.format(body), self._on_arm, SENSOR)
 
-    def _restart(self) -> None:
+    def _restart(self, reason: str, bodies: tuple[str, str] | None) -> None:
+        """Begin anew; movements that were under way are refused."""
+        end_ns = max(self._newest_ns)
+        for agent in AGENTS if bodies else ():
+            if self._watch.moving(agent):
+                onset_ns = self._watch.onset_ns(agent)
+                self._tell_segment(Segment(agent, onset_ns, end_ns, None, reason), bodies)
         self._watch.restart()
         self._newest_ns = [0, 0]
 
@@ -126,15 +134,23 @@ class InteractionMonitorNode(HriNode):
         agent = bodies.index(message.body_id)
         back_ns = self._newest_ns[agent] - sample.stamp_ns
         if back_ns > _BACK_NS:
-            self.fault("clock", f"stamps of {message.body_id} went back by {back_ns / NANO:.2f} s")
-            self._restart()
+            reason = f"stamps of {message.body_id} went back by {back_ns / NANO:.2f} s"
+            self.fault("clock", reason)
+            self._restart(reason, bodies)
         self._newest_ns[agent] = max(self._newest_ns[agent], sample.stamp_ns)
         for segment in self._watch.push(agent, sample):
             self._tell_segment(segment)
 
     # ------------------------------------------------------------------ telling
-    def _said(self, agent: int, state: int, stamp_ns: int, reason: str = "") -> InteractionCase:
-        bodies = self._pair.bodies
+    def _said(
+        self,
+        agent: int,
+        state: int,
+        stamp_ns: int,
+        reason: str = "",
+        bodies: tuple[str, str] | None = None,
+    ) -> InteractionCase:
+        bodies = bodies or self._pair.bodies
         return InteractionCase(
             header=Header(stamp=to_time(stamp_ns)),
             first=bodies[agent] if bodies else "",
@@ -144,10 +160,10 @@ class InteractionMonitorNode(HriNode):
             newest_sample=to_time(max(self._newest_ns)),
         )
 
-    def _tell_segment(self, segment: Segment) -> None:
+    def _tell_segment(self, segment: Segment, bodies: tuple[str, str] | None = None) -> None:
         if segment.features is None:
             message = self._said(
-                segment.agent, InteractionCase.NONE, segment.end_ns, segment.reason
+                segment.agent, InteractionCase.NONE, segment.end_ns, segment.reason, bodies
             )
             # Not the figures of this one: what it is counted as.
             self._counts["refused: " + segment.reason.partition(":")[0].partition(" by ")[0]] += 1
@@ -162,10 +178,11 @@ class InteractionMonitorNode(HriNode):
         self._cases.publish(message)
 
     def on_tick(self, now_ns: int) -> None:
-        """Tell features, and what the movement looks like so far, 25 times a second."""
+        """Tell features, and what the movement looks like so far, 25 times a second; ends sooner."""
         if self._next_ns - now_ns > NANO:  # the clock went back
             self._next_ns = now_ns
         if now_ns < self._next_ns:
+            self._tell_ending(now_ns)
             return
         self._next_ns = max(self._next_ns + TELL_NS, now_ns + TELL_NS // 2)
         reason = self._trouble(now_ns)
@@ -185,15 +202,29 @@ class InteractionMonitorNode(HriNode):
                 )
             )
         moving = [agent for agent in AGENTS if self._watch.moving(agent)]
-        for agent in moving:
+        self._tell_running(moving, stamp_ns)
+        if not moving:
+            self._cases.publish(self._said(0, InteractionCase.NONE, stamp_ns, "both are at rest"))
+
+    def _tell_ending(self, now_ns: int) -> None:
+        """Tell at each instant of features what may soon be over: its end is not to wait for its turn."""
+        newest = self._watch.now()
+        if newest is None or self._trouble(now_ns):
+            return
+        self._tell_running([agent for agent in AGENTS if self._watch.ending(agent)], newest[0])
+
+    def _tell_running(self, agents: Sequence[int], stamp_ns: int) -> None:
+        """Tell what movements look like so far, once of each instant."""
+        for agent in agents:
+            if self._told_ns[agent] == stamp_ns:
+                continue
             so_far = self._watch.running(agent)
             if so_far is not None:
+                self._told_ns[agent] = stamp_ns
                 message = self._said(agent, InteractionCase.RUNNING, stamp_ns)
                 message.onset = to_time(self._watch.onset_ns(agent))
                 _fill(message, verdict_on(self._classifier, so_far), self._classifier)
                 self._cases.publish(message)
-        if not moving:
-            self._cases.publish(self._said(0, InteractionCase.NONE, stamp_ns, "both are at rest"))
 
     def _trouble(self, now_ns: int) -> str:
         """Why nothing can be said; empty when something can."""
@@ -212,6 +243,8 @@ class InteractionMonitorNode(HriNode):
     def health(self) -> tuple[bytes, str, dict[str, Any]]:
         """Whom it watches, and what came of movements."""
         figures: dict[str, Any] = {"classifier": self._path, **self._counts}
+        if self._pair.besides:
+            figures["besides"] = self._pair.besides
         if self._late_ms:
             for share in (50, 99):
                 figures[f"latency_ms_p{share}"] = f"{np.percentile(self._late_ms, share):.1f}"

@@ -38,6 +38,14 @@ class WatchConfig:
         low=1.0,
         high=50.0,
     )
+    plausible_acceleration: float = parameter(
+        20.0,
+        "A wrist that was not seen for a while, and is farther from where it was going than this explains, "
+        "has jumped",
+        unit="m/s^2",
+        low=1.0,
+        high=200.0,
+    )
 
     def __post_init__(self) -> None:
         """Check the ranges."""

@@ -30,11 +30,14 @@ class CaseCosts:
         weights: Of the costs, in their own units (26,).
         scale: Of the costs: how much they differ among what might have been done (26,).
         movements: So many were learnt from.
+        cosine: Between these weights and those that people are known to have moved by, each times its
+            scale; none when these are not known, as of people who were recorded.
     """
 
     weights: FloatArray
     scale: FloatArray
     movements: int
+    cosine: float | None = None
 
     @property
     def scaled(self) -> FloatArray:
@@ -63,14 +66,7 @@ class LearntCosts:
             "about": self.about,
             "length_m": self.length,
             "costs": list(COSTS),
-            "cases": {
-                name: {
-                    "weights": one.weights.tolist(),
-                    "scale": one.scale.tolist(),
-                    "movements": one.movements,
-                }
-                for name, one in self.cases.items()
-            },
+            "cases": {name: plain_costs(one) for name, one in self.cases.items()},
             **more,
         }
         new = path.with_suffix(".new")
@@ -93,7 +89,7 @@ def load_costs(path: str | Path) -> LearntCosts:
             raise DataError(f"length_m = {length}", expected="a positive length")
         if content["costs"] != list(COSTS):
             raise DataError("other costs than these", expected=", ".join(COSTS))
-        cases = {find_case(name).name: _case(one) for name, one in content["cases"].items()}
+        cases = {find_case(name).name: costs_of(one) for name, one in content["cases"].items()}
         return LearntCosts(cases, length, str(content.get("about", "")))
     except DataError as error:
         raise DataError(f"{path}: {error.problem}", expected=error.expected) from error
@@ -103,11 +99,31 @@ def load_costs(path: str | Path) -> LearntCosts:
         ) from error
 
 
-def _case(content: Any) -> CaseCosts:
+def plain_costs(costs: CaseCosts) -> dict[str, Any]:
+    """Costs of a case as plain values."""
+    known = {} if costs.cosine is None else {"cosine": costs.cosine}
+    return {
+        "weights": costs.weights.tolist(),
+        "scale": costs.scale.tolist(),
+        "movements": costs.movements,
+        **known,
+    }
+
+
+def costs_of(content: Any) -> CaseCosts:
+    """What :func:`plain_costs` told.
+
+    Raises:
+        DataError: when weights are not what they are to be.
+        KeyError: when something is missing.
+    """
     weights, scale = (np.array(content[name], dtype=float) for name in ("weights", "scale"))
     for array in (weights, scale):
         if array.shape != (NUMBER,) or not np.isfinite(array).all() or (array < 0.0).any():
             raise DataError(
                 f"weights or scale {array.shape}", expected=f"({NUMBER},), none negative"
             )
-    return CaseCosts(weights, scale, int(content["movements"]))
+    known = content.get("cosine")
+    return CaseCosts(
+        weights, scale, int(content["movements"]), None if known is None else float(known)
+    )

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hri_prediction.errors import DataError
 from hri_prediction.ontology.classifier import COST, train
 from hri_prediction.ontology.table import SegmentTable
 
@@ -119,13 +120,19 @@ def leave_subject_out(
 
 
 def leave_sessions_out(table: SegmentTable, kind: str, seed: int, cost: float = COST) -> Confusion:
-    """Learn half of the recordings of each case, be asked of the others: people are in both."""
+    """Learn half of the recordings of each case, be asked of the others: people are in both.
+
+    Raises:
+        DataError: when there is one recording of each case.
+    """
     rng = np.random.default_rng(seed)
     labels = labels_of(table, kind)
     learnt = np.zeros(len(table), dtype=bool)
     for case in np.unique(table.case):
         sessions = rng.permutation(np.unique(table.session[table.case == case]))
         learnt |= np.isin(table.session, sessions[: max(len(sessions) // 2, 1)])
+    if learnt.all():
+        raise DataError("one recording of each case", expected="two or more of some")
     found = judged(table, learnt, ~learnt, kind, rng, cost)
     return confusion(labels[~learnt], found, np.unique(labels))
 
@@ -147,13 +154,23 @@ def positions_apart(
     }
 
 
+def position_out(
+    table: SegmentTable, numbers: Sequence[int], position: str, seed: int, cost: float = COST
+) -> Confusion:
+    """Learn some cases in all positions but one, be asked of that one."""
+    chosen = table.where(np.isin(table.case, numbers))
+    tested = chosen.position == position
+    found = judged(chosen, ~tested, tested, FULL, np.random.default_rng(seed), cost)
+    return confusion(chosen.case[tested], found, np.unique(chosen.case))
+
+
 @dataclass(frozen=True)
 class Individual:
     """How well one person's cases are told apart (table 4.4 of the thesis).
 
     Attributes:
         subject: Who.
-        intra: By a half of the own segments.
+        intra: By a half of the own segments: parts of each recording are on both sides.
         subject_vs_group: Everybody else's by the own.
         group_vs_subject: The own by everybody else's.
     """

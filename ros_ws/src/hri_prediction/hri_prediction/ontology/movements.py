@@ -9,21 +9,29 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hri_prediction.errors import DataError
 from hri_prediction.ontology.config import WatchConfig
 from hri_prediction.ontology.costs import LENGTH_M, path_costs
 from hri_prediction.ontology.piirl import Learnt, learn
 from hri_prediction.ontology.sampling import draw_around
+from hri_prediction.ontology.smoothing import smoothed_track
 from hri_prediction.ontology.upper_body import UpperBody, body_of, joints_of
 from hri_prediction.ontology.watch import segments_of
 from hri_prediction.tracks.track import ArmTrack
 
 FloatArray = NDArray[np.float64]
 
-SAMPLES = 60
+SMOOTHING_S = 0.08
+"""Samples up to so far away are smoothed before joints are taken: third differences of joints make much
+more of half a millimetre of noise than distances do, for which the watch's window is enough [s]."""
+SAMPLES = 240
 """Drawn around each movement."""
-SPREAD = np.array((0.01,) * 3 + (0.03,) * 11)
+SPREAD = np.array((0.0003,) * 3 + (0.0009,) * 11)
 """Standard deviations of what is drawn, where they are largest: of the first three joints [m], of the
-others [rad]. Near enough that what is drawn competes with what people did."""
+others [rad]. The nearer, the less of what makes a draw dear is its own roughness, and the more how it leans
+towards what is avoided: thirty times as far, the nearness that people avoid is not found."""
+PENALTY = 0.1
+"""Of the sum of the scaled weights."""
 TRUNK = 7
 """Joints of trunk and shoulder girdle, the first of the fourteen: a robot on a table has none of them."""
 ARM_SPREAD = np.where(np.arange(len(SPREAD)) < TRUNK, 0.0, SPREAD)
@@ -71,20 +79,15 @@ def movements_of(
         begin, end = segment.onset_ns * 1e-9, segment.end_ns * 1e-9
         times = np.arange(begin, end, settings.step)
         own, other = (
-            _at(tracks[agent], times, settings.max_gap)
+            smoothed_track(
+                tracks[agent].time_s, tracks[agent].keypoints, times, SMOOTHING_S, settings.max_gap
+            )
             for agent in (segment.agent, 1 - segment.agent)
         )
         if len(times) > 4 and np.isfinite(own).all() and np.isfinite(other).all():
             body = bodies[segment.agent]
             found.append(Movement(body, joints_of(body, own), other, settings.step))
     return found
-
-
-def _at(track: ArmTrack, times: FloatArray, max_gap_s: float) -> FloatArray:
-    """Keypoints (n, 4, 3) at some times, by straight lines; NaN in gaps that are longer."""
-    flat = track.filled(max_gap_s).keypoints.reshape(len(track), 12)
-    columns = [np.interp(times, track.time_s, column, np.nan, np.nan) for column in flat.T]
-    return np.stack(columns, axis=1).reshape(-1, 4, 3)
 
 
 def observed_range(movements: Sequence[Movement]) -> tuple[FloatArray, FloatArray]:
@@ -94,6 +97,61 @@ def observed_range(movements: Sequence[Movement]) -> tuple[FloatArray, FloatArra
     return low, high
 
 
+def cost_scale(
+    movements: Sequence[Movement],
+    rng: np.random.Generator,
+    spread: FloatArray = SPREAD,
+    samples: int = 40,
+) -> FloatArray:
+    """How much each cost differs between some movements and what might have been done instead.
+
+    Args:
+        movements: What was done, one at least.
+        rng: Draws the others.
+        spread: How far these are, standard deviations (14,).
+        samples: So many around each movement.
+
+    Returns:
+        Root mean squares of the differences (26,).
+
+    Raises:
+        DataError: without movements.
+    """
+    differences = cost_differences(movements, rng, spread, samples)
+    found: FloatArray = np.sqrt(np.mean(differences**2, axis=0))
+    return found
+
+
+def cost_differences(
+    movements: Sequence[Movement],
+    rng: np.random.Generator,
+    spread: FloatArray = SPREAD,
+    samples: int = 40,
+) -> FloatArray:
+    """Costs of what might have been done less those of what was, as :func:`cost_scale` (s, 26)."""
+    if not movements:
+        raise DataError("no movements", expected="one at least")
+    found = []
+    for movement in movements:
+        costs = _costs_around(movement, samples, spread, rng)
+        found.append(costs[1:] - costs[0])
+    return np.concatenate(found)
+
+
+def _costs_around(
+    movement: Movement,
+    samples: int,
+    spread: FloatArray,
+    rng: np.random.Generator,
+    limits: tuple[FloatArray, FloatArray] | None = None,
+    length: float = LENGTH_M,
+) -> FloatArray:
+    """Costs of a movement, first, and of what is drawn around it (1 + samples, 26)."""
+    others = draw_around(movement.joints, samples, spread, rng, limits)
+    paths = np.concatenate((movement.joints[None], others))
+    return path_costs(movement.body, paths, movement.partner, movement.step_s, length)
+
+
 def learn_costs(
     movements: Sequence[Movement],
     rng: np.random.Generator,
@@ -101,7 +159,7 @@ def learn_costs(
     samples: int = SAMPLES,
     spread: FloatArray = SPREAD,
     length: float = LENGTH_M,
-    penalty: float = 1.0,
+    penalty: float = PENALTY,
 ) -> Learnt:
     """Weights of the costs by which people moved as they did.
 
@@ -119,9 +177,7 @@ def learn_costs(
     limits = observed_range(movements) if movements else None
     demonstrations, drawn = [], []
     for movement in movements:
-        others = draw_around(movement.joints, samples, spread, rng, limits)
-        paths = np.concatenate((movement.joints[None], others))
-        features = path_costs(movement.body, paths, movement.partner, movement.step_s, length)
+        features = _costs_around(movement, samples, spread, rng, limits, length)
         demonstrations.append(features[0])
         drawn.append(features[1:])
     return learn(demonstrations, drawn, penalty)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,8 @@ from hri_prediction.ontology.graph import ACTIONS, FIRST, MOTION, SECOND, SHARED
 _COLOURS = ("#d9a400", "#2b6cb0")
 _PLACES = {FIRST: 1.0, MOTION: 0.0, SECOND: -1.0}
 _COLUMNS = 5
+_WIDTH = 44
+"""Letters of a title that fit above a case."""
 
 
 def to_networkx(edges: EdgeSet) -> Any:
@@ -53,9 +56,8 @@ def _draw(case: Case, axes: plt.Axes) -> None:
                 graph, places, nodes, ax=axes, node_shape=shape, node_color=_COLOURS[agent - 1],
                 node_size=180,
             )  # fmt: skip
-    axes.set_title(
-        f"{case.number}: {case.description}\n({GROUP_NAMES[case.group - 1]})", fontsize=7
-    )
+    words = textwrap.fill(f"{case.number}: {case.description}", _WIDTH)
+    axes.set_title(f"{words}\n({GROUP_NAMES[case.group - 1]})", fontsize=7)
     axes.margins(0.25)
     axes.set_axis_off()
 
@@ -66,7 +68,7 @@ def draw_cases(path: Path) -> None:
     Round: action spaces; square: motion spaces; black: shared; dashed: gone over; dotted: motions cross.
     """
     rows = -(-len(cases()) // _COLUMNS)
-    figure, grid = plt.subplots(rows, _COLUMNS, figsize=(13.0, 2.4 * rows), layout="constrained")
+    figure, grid = plt.subplots(rows, _COLUMNS, figsize=(14.0, 2.8 * rows), layout="constrained")
     for case, axes in zip(cases(), grid.flat, strict=True):
         _draw(case, axes)
     figure.suptitle(

@@ -2,8 +2,8 @@
 
 After Kalakrishnan, Pastor, Righetti and Schaal (2013), Learning objective functions for manipulation. The
 cost of a movement is w·Φ, with Φ the features of :mod:`.costs`. Around each demonstration d others are
-drawn that are as smooth (:mod:`.sampling`), and the weights are those that make the demonstrations likelier
-than these:
+drawn that are nearly as smooth (:mod:`.sampling`), and the weights are those that make the demonstrations
+likelier than these:
 
     w* = argmin  − Σ_d log [ e^{−w·Φ_d} / (e^{−w·Φ_d} + Σ_s e^{−w·Φ_{d,s}}) ] + λ |w|₁,   w ≥ 0.
 
@@ -22,9 +22,13 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 from scipy.special import logsumexp
 
-from hri_prediction.errors import DataError
+from hri_prediction.errors import ConfigError, DataError
 
 FloatArray = NDArray[np.float64]
+
+_FLAT = 1e-4
+"""By so much may the objective fall along a scaled weight, for each demonstration, at what counts as its
+minimum."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,8 +87,13 @@ def learn(
         penalty: λ, of the weights of scaled features; features that tell nothing get none.
 
     Raises:
-        DataError: when shapes do not fit, there is nothing, or something is not finite.
+        ConfigError: without a penalty: where demonstrations are better than all that was drawn, weights
+            would grow for ever.
+        DataError: when shapes do not fit, there is nothing, something is not finite, or no minimum is
+            found.
     """
+    if not penalty > 0.0:
+        raise ConfigError(f"penalty = {penalty}", expected="more than 0")
     if not demonstrations or len(demonstrations) != len(samples):
         raise DataError(
             f"{len(demonstrations)} demonstrations and {len(samples)} sets of samples",
@@ -117,8 +126,21 @@ def learn(
         bounds=[(0.0, None)] * count,
         options={"maxiter": 2000, "maxfun": 4000, "ftol": 1e-13, "gtol": 1e-8},
     )
+    # Near the minimum the line search ends by rounding; that is no fault.
+    if not found.success and _slope(found.x, objective(found.x)[1]) > _FLAT * len(scaled):
+        raise DataError(
+            f"no weights were found in {found.nit} steps: {found.message}",
+            expected="a minimum",
+            hint="a larger penalty makes it easier",
+        )
     # The solver keeps to its bounds up to rounding.
     return Learnt(np.maximum(found.x, 0.0) / scale, scale, float(found.fun), penalty)
+
+
+def _slope(weights: FloatArray, gradient: FloatArray) -> float:
+    """How much the objective still falls along a weight that may change so, at most."""
+    inward = np.where(weights > 0.0, gradient, np.minimum(gradient, 0.0))
+    return float(np.abs(inward).max())
 
 
 def cosine(one: FloatArray, other: FloatArray) -> float:

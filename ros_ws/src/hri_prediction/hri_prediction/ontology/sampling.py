@@ -1,7 +1,10 @@
 """Movements around a movement that are about as smooth as it is.
 
 Drawn from N(ξ, σ R⁻¹), R = KᵀK with K third differences (Kalakrishnan et al. 2013: differences of some
-order; of the third order the samples are of least jerk), begin and end fixed.
+order; of the third order the samples are of least jerk), begin and end fixed; of its longest waves alone.
+All waves are as rough as each other, but the k-th is only some k⁻⁶ of the variance of where a movement
+goes: with all of them everything that is drawn is rougher than the movement by nearly the same amount, and
+smoothness alone explains what people did.
 """
 
 from __future__ import annotations
@@ -10,12 +13,14 @@ import functools
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cholesky_banded, solve_banded
+from scipy.linalg import cholesky_banded, eig_banded, solve_banded
 
 from hri_prediction.errors import DataError
 
 FloatArray = NDArray[np.float64]
 
+WAVES = 4
+"""Longest waves that movements are drawn of: more than 99 % of the variance of where they go."""
 _HALVINGS = 12
 
 
@@ -27,6 +32,18 @@ def third_differences(points: FloatArray) -> FloatArray:
     return np.diff(padded, 3, axis=0)
 
 
+def _roughness(count: int) -> FloatArray:
+    """R of the points between fixed ends, upper diagonals as banded solvers take them (4, count)."""
+    rows = np.zeros((count + 3, count))
+    for k, value in enumerate((1.0, -3.0, 3.0, -1.0)):
+        rows[np.arange(count) + 3 - k, np.arange(count)] = value
+    full = rows.T @ rows
+    banded = np.zeros((4, count))
+    for k in range(4):
+        banded[3 - k, k:] = np.diagonal(full, k)
+    return banded
+
+
 @functools.lru_cache(maxsize=64)
 def bends(count: int) -> FloatArray:
     """What movements of least jerk are made of: columns (count, count) whose products sum to R⁻¹.
@@ -36,16 +53,21 @@ def bends(count: int) -> FloatArray:
     Args:
         count: Points between the ends.
     """
-    rows = np.zeros((count + 3, count))
-    for k, value in enumerate((1.0, -3.0, 3.0, -1.0)):
-        rows[np.arange(count) + 3 - k, np.arange(count)] = value
-    full = rows.T @ rows
-    banded = np.zeros((4, count))
-    for k in range(4):
-        banded[3 - k, k:] = np.diagonal(full, k)
-    found: FloatArray = solve_banded((0, 3), cholesky_banded(banded), np.eye(count))
+    found: FloatArray = solve_banded((0, 3), cholesky_banded(_roughness(count)), np.eye(count))
+    return _scaled(found)
+
+
+@functools.lru_cache(maxsize=64)
+def long_waves(count: int) -> FloatArray:
+    """The same of its :data:`WAVES` longest waves, or as many as there are: (count, waves)."""
+    last = min(WAVES, count) - 1
+    rough, waves = eig_banded(_roughness(count), select="i", select_range=(0, last))
+    return _scaled(waves / np.sqrt(rough))
+
+
+def _scaled(columns: FloatArray) -> FloatArray:
     # Variances are the sums of the squares of the rows.
-    found /= np.sqrt((found**2).sum(axis=1).max())
+    found = columns / np.sqrt((columns**2).sum(axis=1).max())
     found.setflags(write=False)
     return found
 
@@ -79,7 +101,8 @@ def draw_around(
             expected="(n, j), n ≥ 3, and (j,)",
         )
     inner = len(path) - 2
-    aside = bends(inner) @ rng.standard_normal((inner, count * path.shape[1]))
+    waves = long_waves(inner)
+    aside = waves @ rng.standard_normal((waves.shape[1], count * path.shape[1]))
     aside = aside.reshape(inner, count, path.shape[1]).transpose(1, 0, 2) * spread
     found = np.repeat(path[None], count, axis=0)
     found[:, 1:-1] += aside

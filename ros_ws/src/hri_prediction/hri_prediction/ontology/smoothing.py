@@ -88,6 +88,31 @@ def smoothed_at(
             out[key, axis] = one + share * (other - one)
 
 
+def smoothed_track(
+    time_s: FloatArray, keypoints: FloatArray, times: FloatArray, half: float, max_gap: float
+) -> FloatArray:
+    """Keypoints of a whole recording at some instants.
+
+    Args:
+        time_s: Of the samples, increasing (n,) [s].
+        keypoints: Shoulder, elbow, wrist, hand tip (n, 4, 3) [m]; NaN where not seen.
+        times: The instants (m,) [s].
+        half: Samples no farther away than that are fitted [s].
+        max_gap: Longest gap that is filled [s].
+
+    Returns:
+        (m, 4, 3) [m], NaN where the gap is longer.
+    """
+    out = np.empty((len(times), 4, 3))
+    reach = max(half, max_gap) + 2.0 * ROUNDING_S
+    first = np.searchsorted(time_s, times - reach)
+    last = np.searchsorted(time_s, times + reach, side="right")
+    for row, at in enumerate(times):
+        rows = slice(first[row], last[row])
+        smoothed_at(time_s[rows], keypoints[rows], float(at), half, max_gap, out[row])
+    return out
+
+
 class SmoothedArm:
     """The newest samples of an arm, and what is made of them.
 

@@ -93,13 +93,19 @@ def _inner(back: FloatArray, count: int) -> FloatArray:
     return found
 
 
-def optimal_movement(movement: Movement, weights: FloatArray, length: float = LENGTH_M) -> Movement:
+def optimal_movement(
+    movement: Movement,
+    weights: FloatArray,
+    length: float = LENGTH_M,
+    free: NDArray[np.bool_] | None = None,
+) -> Movement:
     """The movement bent until it costs least, its ends held.
 
     Args:
         movement: Where to begin.
         weights: Of the costs (26,), none negative, that of smoothness positive.
         length: Distance over which nearness falls to 1/e [m].
+        free: Joints that may move otherwise (14,); none: all of them.
 
     Raises:
         DataError: when weights are others than these.
@@ -110,16 +116,17 @@ def optimal_movement(movement: Movement, weights: FloatArray, length: float = LE
             expected=f"({NUMBER},), none negative, the last one positive",
         )
     basis = bends(len(movement.joints) - 2)
-    shape = (len(basis), movement.joints.shape[1])
+    moving = np.flatnonzero(np.ones(movement.joints.shape[1], bool) if free is None else free)
+    shape = (len(basis), len(moving))
 
     def bent(z: FloatArray) -> FloatArray:
         path = movement.joints.copy()
-        path[1:-1] += basis @ z.reshape(shape)
+        path[1:-1, moving] += basis @ z.reshape(shape)
         return path
 
     def objective(z: FloatArray) -> tuple[float, FloatArray]:
         value, gradient = total_cost(movement, bent(z), weights, length)
-        return value, (basis.T @ gradient[1:-1]).ravel()
+        return value, (basis.T @ gradient[1:-1, moving]).ravel()
 
     found = minimize(
         objective,

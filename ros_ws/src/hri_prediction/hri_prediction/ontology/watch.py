@@ -8,7 +8,8 @@ code that the predictor cuts reaches with; the one whose wrist it is counts as a
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -24,6 +25,11 @@ FloatArray = NDArray[np.float64]
 
 AGENTS = (0, 1)
 _WRIST = 2
+JUMP_M = 0.05
+"""So far off where it was going may a wrist be whatever it does: noise, and a speed that is known badly
+[m]."""
+_SPEED_S = 0.05
+"""Over so long its speed is taken."""
 _NANO = 1e-9
 
 
@@ -53,7 +59,7 @@ class _Agent:
     segmenter: ReachSegmenter
     arm: SmoothedArm
     onset_s: float | None = None
-    wrist: tuple[float, FloatArray] | None = None
+    wrists: deque[tuple[float, FloatArray]] = field(default_factory=deque)
     waiting: list[tuple[float, float]] = field(default_factory=list)
 
 
@@ -115,16 +121,12 @@ class DyadWatch:
 
     def _wrist(self, agent: int, time_s: float, wrist: FloatArray) -> list[Segment]:
         own = self._agents[agent]
-        before, own.wrist = own.wrist, (time_s, wrist)
-        if before is not None:
-            way = float(np.linalg.norm(wrist - before[1]))
-            if way > self.config.plausible_speed * max(time_s - before[0], 0.004):
-                onset_s, own.onset_s = own.onset_s, None
-                own.segmenter.reset()
-                own.segmenter.push(time_s, wrist)
-                if onset_s is None:
-                    return []
-                return [self._none(agent, onset_s, before[0], f"the wrist jumped by {way:.2f} m")]
+        way = self._jump(agent, time_s, wrist)
+        if way > 0.0:
+            return self._jumped(agent, time_s, wrist, way)
+        while own.wrists and own.wrists[0][0] < time_s - _SPEED_S:
+            own.wrists.popleft()
+        own.wrists.append((time_s, wrist.copy()))
         event = own.segmenter.push(time_s, wrist)
         if event is None:
             return []
@@ -135,6 +137,51 @@ class DyadWatch:
             else:
                 found = self._over(agent, own.onset_s, event.time_s)
         own.onset_s = event.time_s if event.kind == "onset" else None
+        return found
+
+    def _jump(self, agent: int, time_s: float, wrist: FloatArray) -> float:
+        """How far a wrist has jumped from where it was [m]; 0: it has not.
+
+        Markers are most often exchanged when they were lost for a moment. Then no speed is too high, but
+        the wrist is not where it was going.
+        """
+        own, partner = self._agents[agent].wrists, self._agents[1 - agent].wrists
+        if not own:
+            return 0.0
+        last_s, last = own[-1]
+        gap = time_s - last_s
+        way = float(np.linalg.norm(wrist - last))
+        if way > self.config.plausible_speed * max(gap, 0.004):
+            return way
+        off = float(np.linalg.norm(wrist - _going_to(own, time_s)))
+        # Also the speed is that of the middle of its window.
+        span = gap * (0.5 * gap + 0.5 * _SPEED_S)
+        if off > JUMP_M + self.config.plausible_acceleration * span:
+            return way
+        # Nearer to where the other one's was going: the two were exchanged.
+        if partner and off > JUMP_M:
+            theirs = float(np.linalg.norm(wrist - _going_to(partner, time_s)))
+            return way if theirs < 0.5 * off else 0.0
+        return 0.0
+
+    def _jumped(self, agent: int, time_s: float, wrist: FloatArray, way: float) -> list[Segment]:
+        """A wrist is another one now: whatever is under way has distances to both in it."""
+        own, partner = self._agents[agent], self._agents[1 - agent]
+        last_s = own.wrists[-1][0]
+        found = []
+        for who, each, words in (
+            (agent, own, f"the wrist jumped by {way:.2f} m"),
+            (1 - agent, partner, f"the other one's wrist jumped by {way:.2f} m"),
+        ):
+            onset_s, each.onset_s = each.onset_s, None
+            if onset_s is not None:
+                found.append(self._none(who, onset_s, last_s, words))
+        own.segmenter.reset()
+        own.segmenter.push(time_s, wrist)
+        own.wrists.clear()
+        own.wrists.append((time_s, wrist.copy()))
+        # No parabola through places of both.
+        own.arm.forget()
         return found
 
     def _over(self, agent: int, onset_s: float, end_s: float) -> list[Segment]:
@@ -206,6 +253,11 @@ class DyadWatch:
         """Whether an agent's segment is under way."""
         return self._agents[agent].onset_s is not None
 
+    def ending(self, agent: int) -> bool:
+        """Whether a segment under way may soon be over: its wrist is slowing down."""
+        own = self._agents[agent]
+        return own.onset_s is not None and own.segmenter.slowing
+
     def onset_ns(self, agent: int) -> int:
         """When the segment that is under way began [ns]; 0 without one."""
         onset_s = self._agents[agent].onset_s
@@ -236,6 +288,15 @@ class DyadWatch:
                 found += self._over(agent, own.onset_s, end_s)
                 own.onset_s = None
         return found + self._complete(at_once=True)
+
+
+def _going_to(wrists: Sequence[tuple[float, FloatArray]], time_s: float) -> FloatArray:
+    """Where a wrist is at a time when it goes on as it was seen to (3,) [m]."""
+    (first_s, first), (last_s, last) = wrists[0], wrists[-1]
+    if last_s - first_s < 0.4 * _SPEED_S:
+        return last
+    found: FloatArray = last + (time_s - last_s) / (last_s - first_s) * (last - first)
+    return found
 
 
 def merged(tracks: tuple[ArmTrack, ArmTrack]) -> Iterator[tuple[int, ArmSample]]:

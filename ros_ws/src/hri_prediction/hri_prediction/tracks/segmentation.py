@@ -124,6 +124,14 @@ class ReachSegmenter:
         """Time between the samples of late [s]; 0 until there were enough."""
         return self._period.period_s
 
+    @property
+    def slowing(self) -> bool:
+        """Whether a reach is under way that is slower by half than it has been, or slow anyway.
+
+        Its speed is seen half a window late: waiting until it is that of an end would be too late.
+        """
+        return self.moving and self.speed < max(0.5 * self._peak, 2.0 * self.config.on_speed)
+
     def reset(self) -> None:
         """Forget everything; the next sample is the first."""
         self._period.reset()

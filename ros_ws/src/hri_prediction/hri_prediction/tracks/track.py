@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
 
 from hri_prediction.arm.geometry import KEYPOINTS, FloatArray, check_side
 from hri_prediction.errors import DataError
@@ -199,6 +198,9 @@ class ArmTrack:
 
     def _interpolated(self, time: FloatArray, max_gap_s: float) -> FloatArray:
         """Keypoints at ``time`` (within the trial), NaN inside gaps longer than ``max_gap_s``."""
+        # A sixth of the start of a node, and few nodes have a use for it.
+        from scipy.interpolate import PchipInterpolator
+
         out = np.full((len(time), 4, 3), np.nan)
         valid = self.valid
         for keypoint in range(4):

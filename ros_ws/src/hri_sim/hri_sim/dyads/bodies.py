@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Sequence
 
 import numpy as np
 from pydantic import ValidationError
@@ -18,6 +17,9 @@ from hri_sim.people.capture import CapturedArm
 from hri_sim.people.seeding import tracking_generator
 from hri_sim.people.tracking import TrackingModel
 from hri_sim.scenario.schema import PersonSpec
+
+AHEAD = 8
+"""Steps of an arm that are found out at once: many cost hardly more than one."""
 
 
 def named_person(name: str) -> PersonSpec:
@@ -52,15 +54,33 @@ def dyad_bodies(
     for person, name in enumerate(ids):
         spec = named_person(name)
         arm = SeatedArm(motion.setup.shoulders[person], float(motion.setup.yaw[person]))
-        truth: Callable[[float], FloatArray] = partial(_truth, motion, person, arm, place)
+        truth = _Truth(motion, person, arm, place)
         tracking = TrackingModel(spec, tracking_generator(seed, name))
         found[name] = [CapturedArm(truth, spec.side, tracking)]
     return found
 
 
-def _truth(
-    motion: DyadMotion, person: int, arm: SeatedArm, place: Placement, seconds: float
-) -> FloatArray:
-    """Keypoints (4, 3) [m] at a time, world frame."""
-    hand = motion.at(round(seconds / STEP_S))[person]
-    return np.asarray(place.apply(arm.keypoints(hand)))
+class _Truth:
+    """Where an arm is at a time, found out some steps ahead: so is what the motion says of encounters.
+
+    Args:
+        motion: What the hands do.
+        person: Whose arm it is, 0 or 1.
+        arm: How it is held.
+        place: Where the middle of the table top is in the world.
+    """
+
+    def __init__(self, motion: DyadMotion, person: int, arm: SeatedArm, place: Placement) -> None:
+        self._motion, self._person, self._arm, self._place = motion, person, arm, place
+        self._first = 0
+        self._known: FloatArray = np.empty((0, 4, 3))
+
+    def __call__(self, seconds: float) -> FloatArray:
+        """Keypoints (4, 3) [m] at a time, world frame."""
+        step = round(seconds / STEP_S)
+        if not 0 <= step - self._first < len(self._known):
+            hands = [self._motion.at(step + ahead)[self._person] for ahead in range(AHEAD)]
+            self._known = np.asarray(self._place.apply(self._arm.keypoints(np.array(hands))))
+            self._first = step
+        found: FloatArray = self._known[step - self._first]
+        return found

@@ -114,6 +114,7 @@ def moving(
     late = np.maximum(np.rint(reaches.delay / STEP_S).astype(int), 1)
     found = np.empty((n, steps, 2, 3))
     rows, columns = np.arange(n)[:, None], np.arange(2)[None]
+    laws = _laws(reaches)
     for step in range(steps):
         gone = np.clip(1.0 - left / reaches.duration, 0.0, 1.0)
         bump = 64.0 * (gone * (1.0 - gone)) ** 3
@@ -125,7 +126,7 @@ def moving(
         before = np.maximum(then - 1, 0)
         away = found[rows, then, columns] - found[rows, then, 1 - columns]
         drift = (away - found[rows, before, columns] + found[rows, before, 1 - columns]) / STEP_S
-        answer = _answer(reaches, away, drift, v)
+        answer = _answer(laws, away, drift, v)
         begun = (step * STEP_S >= reaches.onset)[..., None]
         aside += (answer.aside - aside) * (STEP_S / _MUSCLE_S)
         shake += -shake * (STEP_S / _MUSCLE_S) + rng.standard_normal((n, 2, 3)) * np.sqrt(
@@ -145,6 +146,28 @@ def moving(
 
 
 @dataclass(frozen=True, eq=False)
+class _Laws:
+    """Who answers how.
+
+    Attributes:
+        gain: Of pushes, 0 where there are none (n, 2) [m²/s²].
+        sidesteps: Who gives way to the right (n, 2).
+        hesitates: Who stops (n, 2).
+        blind: Who does not care (n, 2).
+    """
+
+    gain: FloatArray
+    sidesteps: NDArray[np.bool_]
+    hesitates: NDArray[np.bool_]
+    blind: NDArray[np.bool_]
+
+
+def _laws(reaches: Reaches) -> _Laws:
+    push, sidestep, none, hesitate = (reaches.law == index for index in range(len(LAWS)))
+    return _Laws(reaches.gain * (push | sidestep), sidestep, hesitate, none)
+
+
+@dataclass(frozen=True, eq=False)
 class _Answer:
     """What each hand makes of the other.
 
@@ -159,14 +182,14 @@ class _Answer:
     waits: NDArray[np.bool_]
 
 
-def _answer(reaches: Reaches, away: FloatArray, drift: FloatArray, velocity: FloatArray) -> _Answer:
+def _answer(laws: _Laws, away: FloatArray, drift: FloatArray, velocity: FloatArray) -> _Answer:
     """How hands answer.
 
     People foresee where others will be: what counts is the offset at the closest moment of the next
     third of a second, if both go on as they do.
 
     Args:
-        reaches: What they do.
+        laws: Who answers how.
         away: Own hand minus the other's, as it was seen (n, 2, 3) [m].
         drift: How that changes (n, 2, 3) [m/s].
         velocity: Of the own hand (n, 2, 3) [m/s].
@@ -181,11 +204,11 @@ def _answer(reaches: Reaches, away: FloatArray, drift: FloatArray, velocity: Flo
     direction = offset / distance[..., None] + 0.4 * _UP
     seen = away / np.maximum(np.linalg.norm(away, axis=2), _NEAREST_M)[..., None]
     ahead = -np.einsum("npi,npi->np", velocity, seen)
-    turn = (ahead > 0.0)[..., None] * np.cross(seen, _UP)
-    direction = np.where((reaches.law == LAWS.index("sidestep"))[..., None], turn, direction)
-    pushes = np.isin(reaches.law, (LAWS.index("push"), LAWS.index("sidestep")))
+    if laws.sidesteps.any():
+        turn = (ahead > 0.0)[..., None] * np.cross(seen, _UP)
+        direction = np.where(laws.sidesteps[..., None], turn, direction)
     return _Answer(
-        nearness=np.where(reaches.law == LAWS.index("none"), 0.0, nearness),
-        aside=(reaches.gain * felt * pushes)[..., None] * direction,
-        waits=(reaches.law == LAWS.index("hesitate")) & (distance < _HESITATES_M) & (ahead > -0.02),
+        nearness=np.where(laws.blind, 0.0, nearness),
+        aside=(laws.gain * felt)[..., None] * direction,
+        waits=laws.hesitates & (distance < _HESITATES_M) & (ahead > -0.02),
     )

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from contextlib import closing
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,87 +12,37 @@ from rich.console import Console
 
 from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.ontology.cases import find_case
-from hri_prediction.ontology.cost_file import CaseCosts, LearntCosts
+from hri_prediction.ontology.cost_file import LearntCosts
 from hri_prediction.ontology.costs import COSTS, LENGTH_M
-from hri_prediction.ontology.movements import (
-    ARM_SPREAD,
-    SAMPLES,
-    SPREAD,
-    Movement,
-    learn_costs,
-    movements_of,
-)
-from hri_prediction.ontology.recordings import RecordedSession, read_sessions, tracks_of_bag
-from hri_prediction.results.options import Workers, make_folders
+from hri_prediction.ontology.features import COUNT
+from hri_prediction.ontology.movements import PENALTY, SAMPLES
+from hri_prediction.ontology.recordings import RecordedSession, read_sessions
+from hri_prediction.results.options import Workers, make_folders, resumable
 from hri_prediction.results.origin import available_cores, origin_line, results_origin
 from hri_prediction.results.progress import ProgressLine
-from hri_sim.benchmark.workers import do_all
+from hri_sim.ontology.case_costs import (
+    CaseJob,
+    do_cases,
+    simulated_sessions,
+)
+from hri_sim.ontology.cosine import ARM, SPREADS
 from hri_sim.ontology.data import SIMULATED
-from hri_sim.ontology.sessions import DyadStudy, Session, record_session, sessions_of
+from hri_sim.ontology.sessions import DyadStudy, Session
+from hri_sim.ontology.training_command import RUNS
 from hri_sim.readability_report.run_folder import write_json
 
 FILE, TEXT, PICTURE, FIGURES = "costs.json", "costs.md", "costs.png", "results.json"
 PEOPLE, SMOKE_PEOPLE = 6, 1
 SMOKE = DyadStudy(encounters=3)
-ALL_JOINTS, ARM = "all", "arm"
-SPREADS = {ALL_JOINTS: SPREAD, ARM: ARM_SPREAD}
-"""How far movements are drawn that might have been, by the joints that might have moved otherwise."""
 DEFAULT_CASES = ("case_1", "case_2", "case_3")
 """Those of the thesis' figure 4.5."""
+BENT = "movements of simulated dyads, bent to be optimal for costs set by hand"
+KNOWN = (
+    "Movements were bent to be optimal for costs that are set by hand, of their case's edges; cosine: "
+    "between these and what was learnt, of nearness alone, both scaled."
+)
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
-
-
-@dataclass(frozen=True)
-class CaseJob:
-    """A case to learn.
-
-    Attributes:
-        case: Its name.
-        simulated: Sessions that are simulated.
-        recorded: Sessions that were recorded.
-        study: Of the simulated ones.
-        samples: Drawn around each movement.
-        penalty: λ of the weights.
-        seed: Of what is drawn.
-        joints: Which might have moved otherwise, of :data:`SPREADS`.
-    """
-
-    case: str
-    simulated: tuple[Session, ...]
-    recorded: tuple[RecordedSession, ...]
-    study: DyadStudy
-    samples: int
-    penalty: float
-    seed: int
-    joints: str = ALL_JOINTS
-
-
-def do_case(job: CaseJob) -> tuple[str, CaseCosts | str]:
-    """Learn a case; a text says why it cannot be learnt."""
-    movements: list[Movement] = []
-    for session in job.simulated:
-        movements += movements_of(record_session(session, job.study))
-    for recorded in job.recorded:
-        movements += movements_of(tracks_of_bag(recorded.bag, recorded.bodies, recorded.side))
-    if not movements:
-        return job.case, "no movement of which all of both arms is seen"
-    rng = np.random.default_rng([job.seed, find_case(job.case).number])
-    spread = SPREADS[job.joints]
-    found = learn_costs(movements, rng, samples=job.samples, spread=spread, penalty=job.penalty)
-    return job.case, CaseCosts(found.weights, found.scale, len(movements))
-
-
-def do_cases(
-    jobs: Sequence[CaseJob], workers: int, progress: Callable[[int, int], None]
-) -> dict[str, CaseCosts | str]:
-    """Learn several cases, in the order of the jobs; a text says why one cannot be learnt."""
-    found: dict[str, CaseCosts | str] = {}
-    with closing(do_all(do_case, jobs, workers=workers)) as results:
-        for name, learnt in results:
-            found[name] = learnt
-            progress(len(found), len(jobs))
-    return {job.case: found[job.case] for job in jobs}
 
 
 def draw_costs(path: Path, costs: LearntCosts) -> None:
@@ -146,12 +93,19 @@ def report(costs: LearntCosts, origin: dict[str, Any]) -> str:
 
 def cost_table(costs: LearntCosts) -> list[str]:
     """Which costs count in each case, by their shares of the scaled weights."""
-    text = ["| case | movements | costs that count |", "| --- | --- | --- |"]
+    known = any(one.cosine is not None for one in costs.cases.values())
+    text = [
+        "| case | movements | costs that count |" + (" cosine |" if known else ""),
+        "| --- | --- | --- |" + (" --- |" if known else ""),
+    ]
     for name, one in costs.cases.items():
         shares = one.scaled / max(float(one.scaled.sum()), 1e-300)
         order = [int(k) for k in np.argsort(-shares) if shares[k] >= 0.01]
         words = ", ".join(f"{k + 1} {COSTS[k]} {100 * shares[k]:.0f} %" for k in order)
-        text.append(f"| {name} | {one.movements} | {words or 'none'} |")
+        cosine = "" if one.cosine is None else f" {one.cosine:.3f} |"
+        text.append(f"| {name} | {one.movements} | {words or 'none'} |{cosine}")
+    if known:
+        text += ["", KNOWN]
     return text
 
 
@@ -173,54 +127,83 @@ def learn(
         ),
     ] = None,
     people: Annotated[
-        int, typer.Option(help="Simulated people of each case in a position.", min=1)
-    ] = PEOPLE,
+        int | None,
+        typer.Option(
+            help=f"Simulated people of each case in a position. Default: {PEOPLE}; smoke: {SMOKE_PEOPLE}.",
+            min=1,
+            show_default=False,
+        ),
+    ] = None,
     samples: Annotated[int, typer.Option(help="Drawn around each movement.", min=1)] = SAMPLES,
     penalty: Annotated[
-        float, typer.Option(help="Of the sum of the scaled weights: larger leaves fewer.", min=0.0)
-    ] = 1.0,
+        float,
+        typer.Option(help="Of the sum of the scaled weights: larger leaves fewer.", min=1e-6),
+    ] = PENALTY,
     joints: Annotated[
         str,
         typer.Option(
-            help="What might have moved otherwise: all fourteen joints, or those of the arm alone, for a "
-            "robot that has no trunk (the costs that ship).",
+            help="What might have moved otherwise: the arm alone, or all fourteen joints, which do not "
+            "follow from recorded keypoints of an arm.",
             metavar="|".join(SPREADS),
         ),
-    ] = ALL_JOINTS,
+    ] = ARM,
     seed: Annotated[int, typer.Option(help="Of people, and of what is drawn.", min=0)] = 0,
     workers: Workers = None,
+    runs: Annotated[
+        Path,
+        typer.Option(help="Folder of what is learnt of simulated people, not learnt again."),
+    ] = RUNS,
     smoke: Annotated[bool, typer.Option("--smoke", help="One person, three encounters.")] = False,
 ) -> None:
-    """Learn which nearness of which parts of two arms people avoid, and how much, from how they move."""
+    """Learn which nearness of which parts of two arms people avoid, and how much, from how they move.
+
+    From recordings; or, to see what the method finds, from movements of simulated people that are bent to
+    be optimal for costs set by hand, of the edges of their case, which are held against what is learnt.
+    """
     console = Console()
     if joints not in SPREADS:
         raise ConfigError(f"--joints {joints}", expected="one of " + ", ".join(SPREADS))
-    make_folders(out=out)
+    if data != SIMULATED:
+        for option, given in (("--people", people is not None), ("--smoke", smoke)):
+            if given:
+                raise ConfigError(
+                    f"{option} with --data {data}",
+                    expected="one of them: recordings are of the people they are of",
+                )
+    make_folders(out=out, runs=runs)
     origin, study = results_origin(), SMOKE if smoke else DyadStudy()
     names = [find_case(name).name for name in case or ()]
+    of_cases: dict[str, tuple[tuple[Session, ...], tuple[RecordedSession, ...]]]
     if data == SIMULATED:
-        chosen = simulated_cases(
-            names or list(DEFAULT_CASES), study, SMOKE_PEOPLE if smoke else people, seed
-        )
-        about = f"simulated dyads, seed {seed}"
+        number = people or (SMOKE_PEOPLE if smoke else PEOPLE)
+        of_cases = {
+            name: (simulated_sessions(name, study, number, seed), ())
+            for name in names or DEFAULT_CASES
+        }
+        about = f"{BENT}, seed {seed}"
     else:
-        chosen = _recorded(names, read_sessions(data))
+        of_cases = {name: ((), own) for name, own in _recorded(names, read_sessions(data)).items()}
         about = f"recordings of {Path(data).name}"
     jobs = [
-        CaseJob(name, tuple(own), tuple(recorded), study, samples, penalty, seed, joints)
-        for name, own, recorded in chosen
+        CaseJob(name, simulated, recorded, study, samples, penalty, seed, joints)
+        for name, (simulated, recorded) in of_cases.items()
     ]
-    with ProgressLine(console) as progress:
+    with resumable(console, runs if data == SIMULATED else None), ProgressLine(console) as progress:
         progress.say("cases")
-        told = do_cases(jobs, workers or available_cores(), progress.count)
-    ordered = {name: one for name, one in told.items() if not isinstance(one, str)}
-    for name, one in told.items():
-        if isinstance(one, str):
-            console.print(f"{name}: {one}", highlight=False)
+        told = do_cases(jobs, runs, workers or available_cores(), progress.count)
+    ordered = {name: one for name, one in told.items() if one is not None}
+    for name in told.keys() - ordered.keys():
+        console.print(f"{name}: no movement of which all of both arms is seen", highlight=False)
     if not ordered:
         raise DataError(f"--data {data}: nothing to learn from")
-    if joints == ARM:
-        about += ", arm alone"
+    for name, one in ordered.items():
+        if not one.weights[:COUNT].any():
+            console.print(
+                f"warning: {name}: no nearness was found to be avoided, in {one.movements} movements; the "
+                "planner refuses it",
+                highlight=False, soft_wrap=True,
+            )  # fmt: skip
+    about += f"; {'arm alone' if joints == ARM else 'all joints'}, penalty {penalty:g}"
     costs = LearntCosts(ordered, LENGTH_M, about)
     costs.save(out / FILE, origin=origin)
     write_json(
@@ -232,26 +215,10 @@ def learn(
     console.print(f"{out / FILE}: {', '.join(ordered)}", highlight=False, soft_wrap=True)
 
 
-_Jobs = list[tuple[str, list[Session], list[RecordedSession]]]
-
-
-def simulated_cases(names: Sequence[str], study: DyadStudy, people: int, seed: int) -> _Jobs:
-    """The simulated sessions that some cases are learnt from: so many people in each position."""
-    sessions = sessions_of(study, seed)
-    found: _Jobs = []
-    for name in names:
-        own = [session for session in sessions if find_case(session.case).name == name]
-        positions = {session.position for session in own}
-        chosen = [
-            session
-            for position in sorted(positions)
-            for session in [one for one in own if one.position == position][:people]
-        ]
-        found.append((name, chosen, []))
-    return found
-
-
-def _recorded(names: list[str], sessions: list[RecordedSession]) -> _Jobs:
+def _recorded(
+    names: list[str], sessions: list[RecordedSession]
+) -> dict[str, tuple[RecordedSession, ...]]:
+    """Recordings of each case: of these, or of all that there are."""
     there = sorted({session.case for session in sessions})
     missing = [name for name in names if find_case(name).number not in there]
     if missing:
@@ -260,7 +227,7 @@ def _recorded(names: list[str], sessions: list[RecordedSession]) -> _Jobs:
             expected="one of " + ", ".join(find_case(number).name for number in there),
         )
     wanted = names or [find_case(number).name for number in there]
-    return [(name, [], [s for s in sessions if find_case(s.case).name == name]) for name in wanted]
+    return {name: tuple(s for s in sessions if find_case(s.case).name == name) for name in wanted}
 
 
 def main() -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shutil
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import asdict
@@ -17,6 +18,7 @@ from hri_prediction.ontology.recordings import RecordedSession, read_sessions, t
 from hri_prediction.ontology.table import SegmentTable, joined
 from hri_prediction.results.dependencies import dependency_hash
 from hri_sim.benchmark.workers import do_all, versions
+from hri_sim.ontology.layout_file import layouts_hash
 from hri_sim.ontology.sessions import DyadStudy, Session, sessions_of, table_of_session
 
 SIMULATED = "simulated"
@@ -26,8 +28,20 @@ Progress = Callable[[int, int], None]
 Item = TypeVar("Item")
 
 
-def _simulated(study: DyadStudy, session: Session) -> tuple[int, SegmentTable]:
-    return session.number, table_of_session(session, study)
+def _simulated(study: DyadStudy, parts: Path, session: Session) -> tuple[int, SegmentTable]:
+    file = parts / f"{session.number}.npz"
+    try:
+        return session.number, SegmentTable.load(file)
+    except DataError:
+        table = table_of_session(session, study)
+    _save(table, file)
+    return session.number, table
+
+
+def _save(table: SegmentTable, file: Path) -> None:
+    new = file.with_suffix(".new.npz")
+    table.save(new)
+    new.replace(file)
 
 
 def _recorded(numbered: tuple[int, RecordedSession]) -> tuple[int, SegmentTable]:
@@ -52,7 +66,7 @@ def _gathered(
 def simulated_table(
     sessions: Sequence[Session], study: DyadStudy, keep: Path, workers: int, progress: Progress
 ) -> SegmentTable:
-    """The segments of simulated sessions; once made they are kept.
+    """The segments of simulated sessions; once made they are kept, each as soon as it is.
 
     Args:
         sessions: Which.
@@ -62,16 +76,16 @@ def simulated_table(
         progress: Told how many sessions are done, of how many.
     """
     about = [json.dumps(asdict(study)), *(repr(session) for session in sessions)]
-    parts = (about, dependency_hash(WORK), processor(), sorted(versions().items()))
+    parts = (about, layouts_hash(), dependency_hash(WORK), processor(), sorted(versions().items()))
     file = keep / f"segments_{hashlib.sha256(repr(parts).encode()).hexdigest()[:16]}.npz"
     try:
         return SegmentTable.load(file)
     except DataError:
-        table = _gathered(partial(_simulated, study), sessions, workers, progress)
-    keep.mkdir(parents=True, exist_ok=True)
-    new = file.with_suffix(".new.npz")
-    table.save(new)
-    new.replace(file)
+        unfinished = file.with_suffix("")
+        unfinished.mkdir(parents=True, exist_ok=True)
+        table = _gathered(partial(_simulated, study, unfinished), sessions, workers, progress)
+    _save(table, file)
+    shutil.rmtree(unfinished, ignore_errors=True)
     return table
 
 

@@ -10,14 +10,14 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from hri_prediction.extras import check_scikit_learn
+from hri_prediction.extras import check_networkx, check_scikit_learn
 from hri_prediction.ontology.classifier import COST
 from hri_prediction.results.options import Workers, make_folders, resumable
 from hri_prediction.results.origin import available_cores, origin_line, results_origin
 from hri_prediction.results.progress import ProgressLine
 from hri_sim.ontology.data import SIMULATED
 from hri_sim.ontology.judging import FULL_EXTENT, SMOKE_EXTENT, judge, overall_words
-from hri_sim.ontology.training_command import RUNS
+from hri_sim.ontology.training_command import RUNS, SMOKE_NOTE
 from hri_sim.readability_report.run_folder import write_json
 
 FILE, TEXT = "results.json", "ontology.md"
@@ -54,8 +54,8 @@ def evaluate_ontology(
     live: Annotated[
         float | None,
         typer.Option(
-            help="How long people are watched live, by node processes [s]; 0: not. Default: "
-            f"{FULL_EXTENT.live:g}; smoke: {SMOKE_EXTENT.live:g}.",
+            help="How long simulated people are watched live, by node processes [s]; 0: not. Default: "
+            f"{FULL_EXTENT.live:g}; smoke: {SMOKE_EXTENT.live:g}; with --data: 0.",
             min=0.0,
             show_default=False,
         ),
@@ -73,13 +73,19 @@ def evaluate_ontology(
     Prints what the thesis' tables 4.1 to 4.4 have, for whatever recordings it is given. Random halves have
     segments of the same recording on both sides: those with recordings or persons left out say what to
     expect of others.
+
+    Of simulated dyads it says besides how late the monitor tells cases, live, and how well known costs are
+    found again.
     """
     console = Console()
     check_scikit_learn()
+    check_networkx()
     make_folders(out=out, runs=runs)
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     origin = results_origin()
     extent = SMOKE_EXTENT if smoke else FULL_EXTENT
+    if data != SIMULATED:  # what is of simulated people says nothing of these
+        extent = replace(extent, truths=0, live=0.0)
     extent = replace(
         extent,
         repetitions=repetitions or extent.repetitions,
@@ -88,8 +94,10 @@ def evaluate_ontology(
     with resumable(console, runs), ProgressLine(console) as progress:
         found = judge(data, extent, seed, cost, runs, workers or available_cores(), progress)
     results = found.results()
-    write_json(out / FILE, {"origin": origin, **results})
+    write_json(out / FILE, {"origin": origin, "smoke": smoke, **results})
     head = ["# How well the cases of interaction are told apart\n", f"{origin_line(origin)}\n"]
+    if smoke:
+        head.append(SMOKE_NOTE)
     (out / TEXT).write_text("\n".join([*head, *found.lines(out), *found.case_lines(out)]))
     for line in overall_words(results):
         console.print(line, highlight=False)

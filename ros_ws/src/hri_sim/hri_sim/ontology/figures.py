@@ -10,6 +10,8 @@ import numpy as np
 from hri_prediction.ontology.evaluation import KINDS, Confusion, summed
 from hri_sim.ontology.splits import (
     INDIVIDUAL,
+    LEFT_OUT,
+    POSITION_OUT,
     POSITIONS,
     RANDOM,
     SESSIONS,
@@ -21,6 +23,22 @@ from hri_sim.ontology.splits import (
 Told = Mapping[Split, Mapping[str, Any]]
 
 
+def done(told: Told) -> Told:
+    """What came of those splits that could be done."""
+    return {split: content for split, content in told.items() if LEFT_OUT not in content}
+
+
+def left_out(told: Told) -> list[str]:
+    """Which kinds of splits could not be done, and why, a line each."""
+    lines = [
+        f"{split.kind}{', ' + split.who if split.who else ''}, {split.labels} ontology: "
+        f"{content[LEFT_OUT]}"
+        for split, content in told.items()
+        if LEFT_OUT in content
+    ]
+    return list(dict.fromkeys(lines))
+
+
 def matrices(told: Told) -> dict[str, dict[str, Confusion]]:
     """The confusion matrices of the full and the reduced ontology, by kind of split."""
     found: dict[str, dict[str, Confusion]] = {}
@@ -28,7 +46,7 @@ def matrices(told: Told) -> dict[str, dict[str, Confusion]]:
         for kind in (RANDOM, SESSIONS, SUBJECT):
             parts = [
                 read_confusion(content)
-                for split, content in told.items()
+                for split, content in done(told).items()
                 if split.kind == kind and split.labels == labels
             ]
             if parts:
@@ -40,7 +58,7 @@ def overall_of(told: Told, labels: str, kind: str) -> list[float]:
     """How often segments are recognised, split by split."""
     return [
         read_confusion(content).overall
-        for split, content in told.items()
+        for split, content in done(told).items()
         if split.kind == kind and split.labels == labels
     ]
 
@@ -48,7 +66,7 @@ def overall_of(told: Told, labels: str, kind: str) -> list[float]:
 def positions(told: Told) -> dict[str, Confusion]:
     """The confusion matrix of the first cases in each position."""
     found: dict[str, Confusion] = {}
-    for split, content in told.items():
+    for split, content in done(told).items():
         if split.kind == POSITIONS:
             for name, part in content.items():
                 one = read_confusion(part)
@@ -56,9 +74,18 @@ def positions(told: Told) -> dict[str, Confusion]:
     return found
 
 
+def positions_out(told: Told) -> dict[str, Confusion]:
+    """The confusion matrix of the first cases in each position, learnt in the others."""
+    return {
+        split.who: read_confusion(content)
+        for split, content in sorted(done(told).items(), key=lambda item: item[0].who)
+        if split.kind == POSITION_OUT
+    }
+
+
 def people(told: Told) -> list[Mapping[str, Any]]:
     """What is told of each person who did everything."""
-    return [content for split, content in told.items() if split.kind == INDIVIDUAL]
+    return [content for split, content in done(told).items() if split.kind == INDIVIDUAL]
 
 
 def results(told: Told) -> dict[str, Any]:
@@ -71,8 +98,8 @@ def results(told: Told) -> dict[str, Any]:
             "random": _rounded(own, RANDOM),
             "by_session": _rounded(own, SESSIONS),
             "by_subject": _rounded(own, SUBJECT),
-            "classes": own[RANDOM].classes.tolist(),
-            "rates_random": np.round(own[RANDOM].rates, 4).tolist(),
+            "classes": own[RANDOM].classes.tolist() if RANDOM in own else [],
+            "rates_random": [_share(rate) for rate in own[RANDOM].rates] if RANDOM in own else [],
         }
     apart = positions(told)
     numbers = next(iter(apart.values())).classes.tolist() if apart else []
@@ -80,6 +107,11 @@ def results(told: Told) -> dict[str, Any]:
         f"case_{number}": {name: _share(one.rates[index]) for name, one in sorted(apart.items())}
         for index, number in enumerate(numbers)
     }
+    found["position_left_out"] = {
+        name: {f"case_{k}": _share(rate) for k, rate in zip(one.classes, one.rates, strict=True)}
+        for name, one in positions_out(told).items()
+    }
+    found["left_out"] = left_out(told)
     everybody = people(told)
     found["subjects"] = [one["subject"] for one in everybody]
     found["intra"] = [_share(one["intra"]) for one in everybody]

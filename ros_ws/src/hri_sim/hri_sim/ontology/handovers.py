@@ -6,6 +6,7 @@ action space: it is nearest to case 13. The hand's end is not tracked and put in
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,13 +16,21 @@ from hri_prediction.errors import DataError
 from hri_prediction.files.arrays import read_arrays
 from hri_prediction.ontology.cases import GROUP_NAMES
 from hri_prediction.ontology.classifier import InteractionClassifier
+from hri_prediction.ontology.cost_file import CaseCosts, LearntCosts
+from hri_prediction.ontology.costs import LENGTH_M
+from hri_prediction.ontology.features import COUNT
+from hri_prediction.ontology.movements import ARM_SPREAD, learn_costs, movements_of
+from hri_prediction.ontology.piirl import cosine
 from hri_prediction.ontology.verdict import verdict_on
 from hri_prediction.ontology.watch import segments_of
 from hri_prediction.tracks.importers.convert import HAND_M
 from hri_prediction.tracks.tables import one_number
 from hri_prediction.tracks.track import ArmTrack
+from hri_sim.ontology.costs_command import cost_table
 
 FILE = Path("dyad_handover_kth/skeleton_120hz.npz")
+DRAWS = 5
+"""So often are costs learnt."""
 ARM = ("RUArm", "RFArm", "RHand")
 """Bodies whose origins are shoulder, elbow and wrist."""
 NEAREST = 13
@@ -116,6 +125,36 @@ def label(
                 )
             )  # fmt: skip
     return found
+
+
+def learn_handovers(trials: list[tuple[ArmTrack, ArmTrack]], seed: int) -> list[CaseCosts]:
+    """What these people avoid, by how they move; several times, with other draws of what might have been.
+
+    Raises:
+        DataError: when all of both arms is seen in no movement.
+    """
+    movements = [movement for tracks in trials for movement in movements_of(tracks)]
+    found = []
+    for number in range(DRAWS):
+        rng = np.random.default_rng([seed, number])
+        learnt = learn_costs(movements, rng, spread=ARM_SPREAD)
+        found.append(CaseCosts(learnt.weights, learnt.scale, len(movements)))
+    return found
+
+
+def cost_lines(found: list[CaseCosts]) -> list[str]:
+    """The part of a report on what costs two real people move by."""
+    pairs = list(itertools.combinations(found, 2))
+    alike = [cosine(one.scaled[:COUNT], other.scaled[:COUNT]) for one, other in pairs]
+    return [
+        "By path-integral inverse reinforcement learning, of the arm alone, from the same two trials "
+        f"(shares of the scaled weights), {len(found)} times with other draws of what might have been. "
+        f"Cosine of the nearness that two of these find: median {np.median(alike):.2f}, least "
+        f"{min(alike):.2f}; what is not found each time is not known.\n",
+        *cost_table(LearntCosts({f"draw {n}": one for n, one in enumerate(found, 1)}, LENGTH_M)),
+        "",
+        "Two trials of one pair say what the method makes of real skeletons, not how people are.\n",
+    ]
 
 
 def handover_lines(found: list[Handed]) -> list[str]:

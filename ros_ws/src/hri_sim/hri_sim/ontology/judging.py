@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from hri_prediction.ontology.cases import REDUCED, cases
 from hri_prediction.ontology.evaluation import FULL, KINDS
 from hri_prediction.ontology.graph import all_sets, classes, feasible_sets
@@ -16,7 +14,7 @@ from hri_prediction.ontology.picture import draw_cases
 from hri_prediction.ontology.table import SegmentTable
 from hri_prediction.results.progress import ProgressLine
 from hri_sim.ontology import figures
-from hri_sim.ontology.cosine import Found, cosine_lines, seek_all
+from hri_sim.ontology.cosine import Found, cosine_lines, cosine_results, seek_all
 from hri_sim.ontology.data import SIMULATED, table_of_data
 from hri_sim.ontology.live import live_lines
 from hri_sim.ontology.pictures import draw_confusions, draw_layouts
@@ -37,7 +35,7 @@ class Extent:
     Attributes:
         study: Of simulated dyads.
         repetitions: Random halves.
-        truths: Known costs that are sought.
+        truths: Known costs that are sought; 0: none.
         live: How long people are watched live [s]; 0: not at all.
     """
 
@@ -73,14 +71,12 @@ class Judged:
 
     def results(self) -> dict[str, Any]:
         """As in ``results.json``."""
-        cosines = [one.cosine for one in self.sought]
         return {
             "data": self.where,
             "counts": counts(),
             **figures.results(self.told),
             "live_latency_ms": self.live or None,
-            "piirl_cosine": round(float(np.median(cosines)), 4),
-            "piirl_cosine_least": round(min(cosines), 4),
+            **cosine_results(self.sought),
         }
 
     def lines(self, folder: Path, prefix: str = "") -> list[str]:
@@ -94,7 +90,7 @@ class Judged:
         text = [about(self.table, self.where) + "\n", *evaluation_lines(self.told, pictures)]
         if self.live:
             text += live_lines(self.live)
-        return text + cosine_lines(self.sought)
+        return text + (cosine_lines(self.sought, self.where) if self.sought else [])
 
     def case_lines(self, folder: Path, prefix: str = "") -> list[str]:
         """The report on the cases themselves; arguments as :meth:`lines`."""
@@ -160,8 +156,10 @@ def judge(
     told = do_splits(
         table, splits_of(table, extent.repetitions, seed, cost), runs, workers, progress.count
     )
-    progress.say("costs that are known, sought")
-    sought = seek_all(extent.study, extent.truths, seed, workers, progress.count)
+    sought: list[Found] = []
+    if extent.truths:
+        progress.say("costs that are known, sought")
+        sought = seek_all(extent.study, extent.truths, seed, runs, workers, progress.count)
     live: dict[str, float | int] = {}
     if extent.live > 0.0:
         # Here, as everything else needs no ROS.

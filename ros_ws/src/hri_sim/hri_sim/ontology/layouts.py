@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -319,14 +318,3 @@ def find_layout(
 def _until_nothing_lacks(intermediate_result: object) -> None:
     if getattr(intermediate_result, "fun", 1.0) <= 0.0:
         raise StopIteration
-
-
-def find_layouts(
-    cases: Sequence[Case], positions: Sequence[str], rng: np.random.Generator
-) -> dict[tuple[int, str], Layout]:
-    """A layout of each case in each position."""
-    return {
-        (case.number, position): find_layout(case, position, rng)
-        for case in cases
-        for position in positions
-    }

@@ -69,7 +69,8 @@ def figures_of(heard: Sequence[Heard]) -> LiveFigures:
             for one in heard
             if not one.complete
             and (one.first, one.onset_ns) == (told.first, told.onset_ns)
-            and one.at_ns >= told.end_ns
+            # What was told after the end of samples before it knows nothing of the end.
+            and one.newest_ns >= told.end_ns
         ]
         later.append((told.at_ns, told.number))
         case.append((later[0][0] - told.end_ns) / 1e6)

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import functools
+import hashlib
 from collections.abc import Callable, Sequence
 from contextlib import closing
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
 from numpy.typing import NDArray
 
+from hri_planner.ptomp.config import load_default_config
 from hri_planner.ptomp.interaction import find_nearness
 from hri_planner.robot import load_robot
 from hri_prediction.ontology.features import pair_features
+from hri_prediction.ontology.shipped import SHIPPED_COSTS
+from hri_prediction.results.kept import kept
 from hri_sim.benchmark.conditions import CONDITIONS_A_TASK, task_conditions
 from hri_sim.benchmark.episode import watch_episode
 from hri_sim.benchmark.learning import task_library
@@ -24,11 +29,14 @@ from hri_sim.benchmark.workers import do_all
 
 FloatArray = NDArray[np.float64]
 
+WORK = __name__
+"""What comes of a reach hangs on what this module depends on."""
+PACKAGES = ("numpy", "scipy", "numba", "mujoco")
 SPLIT = "test"
 NONE = ""
 POINTS = 50
 """Places of a way that are compared with those of another."""
-WEIGHTS = (10.0, 30.0)
+WEIGHTS = (3.0, 10.0)
 """Of the learnt costs; the first is what the planner starts with."""
 
 
@@ -100,10 +108,28 @@ def go(cases: Sequence[str], seed: int, job: tuple[int, str, float]) -> Way:
     )  # fmt: skip
 
 
+def _kept(cases: Sequence[str], seed: int, runs: Path, job: tuple[int, str, float]) -> Way:
+    def make() -> dict[str, Any]:
+        way = go(cases, seed, job)
+        return {**asdict(way), "tool": way.tool.tolist()}
+
+    # Costs and settings are data, not sources.
+    key = repr((tuple(cases), seed, job, _costs_hash(), load_default_config()))
+    told = kept(runs, WORK, PACKAGES, key, make)
+    return Way(**{**told, "tool": np.array(told["tool"])})
+
+
+@functools.cache
+def _costs_hash() -> str:
+    """Of the learnt costs that ship."""
+    return hashlib.sha256(SHIPPED_COSTS.read_bytes()).hexdigest()
+
+
 def compare(
     cases: Sequence[str],
     count: int,
     seed: int,
+    runs: Path,
     workers: int,
     progress: Callable[[int, int], None],
     weights: Sequence[float] = WEIGHTS,
@@ -114,6 +140,7 @@ def compare(
         cases: Names.
         count: Reaches.
         seed: Of what is tracked and of the planner.
+        runs: Folder of what is done, which is not done again.
         workers: Processes.
         progress: Told how many are done, of how many.
         weights: Of the costs.
@@ -123,7 +150,9 @@ def compare(
     kinds = [(NONE, 0.0), *((case, weight) for case in cases for weight in weights)]
     jobs = [(number, *kind) for number in numbers for kind in kinds]
     found: list[Way] = []
-    with closing(do_all(partial(go, tuple(cases), seed), jobs, workers=workers)) as results:
+    with closing(
+        do_all(functools.partial(_kept, tuple(cases), seed, runs), jobs, workers=workers)
+    ) as results:
         for way in results:
             found.append(way)
             progress(len(found), len(jobs))
@@ -136,7 +165,7 @@ def _pairs(ways: Sequence[Way], case: str, weight: float) -> list[tuple[Way, Way
 
 
 def effect(ways: Sequence[Way], case: str, weight: float) -> dict[str, float]:
-    """What the costs of a case change, over all reaches."""
+    """What the costs of a case change, over all reaches; no seconds where none arrives both ways."""
     pairs = _pairs(ways, case, weight)
     apart = [float(np.linalg.norm(a.tool - b.tool, axis=1).max()) for a, b in pairs]
     cost = [b.costs[case] / a.costs[case] - 1.0 for a, b in pairs]
@@ -149,7 +178,7 @@ def effect(ways: Sequence[Way], case: str, weight: float) -> dict[str, float]:
         "cost_percent": 100.0 * float(np.median(cost)),
         "cost_less_share": float(np.mean(np.array(cost) < 0.0)),
         "clearance_cm": 100.0 * float(np.median([b.clearance - a.clearance for a, b in pairs])),
-        "seconds": float(np.median(later)) if later else float("nan"),
+        **({"seconds": float(np.median(later))} if later else {}),
         "ok_without": float(np.mean([a.ok for a, _ in pairs])),
         "ok_with": float(np.mean([b.ok for _, b in pairs])),
     }
@@ -171,10 +200,11 @@ def effect_lines(ways: Sequence[Way], cases: Sequence[str]) -> list[str]:
     for case in cases:
         for weight in weights:
             row = effect(ways, case, weight)
+            later = f"{row['seconds']:+.2f} s" if "seconds" in row else "–"
             text.append(
                 f"| {case} | {weight:g} | {row['apart_cm']:.1f} cm | {row['cost_percent']:+.1f} % | "
                 f"{100 * row['cost_less_share']:.0f} % | {row['clearance_cm']:+.1f} cm | "
-                f"{row['seconds']:+.2f} s | {100 * row['ok_without']:.0f} % | "
+                f"{later} | {100 * row['ok_without']:.0f} % | "
                 f"{100 * row['ok_with']:.0f} % |"
             )
     return [*text, ""]

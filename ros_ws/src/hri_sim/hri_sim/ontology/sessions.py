@@ -7,14 +7,14 @@ places and people differ by, from how the case is meant to be, is what makes cas
 
 from __future__ import annotations
 
-import functools
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hri_prediction.config import parameter, validate
-from hri_prediction.ontology.cases import REDUCED, cases, find_case
+from hri_prediction.errors import ConfigError
+from hri_prediction.ontology.cases import cases, find_case
 from hri_prediction.ontology.table import SegmentTable, table_of
 from hri_prediction.ontology.watch import segments_of
 from hri_prediction.tracks.track import ArmTrack
@@ -23,7 +23,8 @@ from hri_sim.dyads.drawing import PersonFactors, draw_person
 from hri_sim.dyads.hands import STEP_S
 from hri_sim.dyads.motion import DyadMotion
 from hri_sim.dyads.setups import DyadSetup
-from hri_sim.ontology.layouts import POSITIONS, Layout, find_layout
+from hri_sim.ontology.layout_file import load_layouts
+from hri_sim.ontology.layouts import POSITIONS, Layout
 
 FloatArray = NDArray[np.float64]
 
@@ -112,14 +113,17 @@ def sessions_of(study: DyadStudy, seed: int) -> list[Session]:
     return [Session(number, *one, seed) for number, one in enumerate(wanted)]
 
 
-@functools.cache
 def layout_of(case: int, position: str) -> Layout:
-    """How a case is meant to be, the same in every study."""
-    rng = np.random.default_rng([case, *position.encode()])
-    # Cases of a group look alike: each is laid out like the first one.
-    model = next(group[0] for group in REDUCED if case in group)
-    near = layout_of(model, position) if model != case else None
-    return find_layout(find_case(case), position, rng, near)
+    """How a case is meant to be, the same in every study.
+
+    Raises:
+        ConfigError: when there is no such case or position.
+    """
+    layouts = load_layouts()
+    number = find_case(case).number
+    if (number, position) not in layouts:
+        raise ConfigError(f"position {position!r}", expected="one of " + ", ".join(POSITIONS))
+    return layouts[number, position]
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,6 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from hri_prediction.compiled import processor
+from hri_prediction.errors import DataError
 from hri_prediction.ontology.classifier import COST
 from hri_prediction.ontology.evaluation import (
     FULL,
@@ -23,18 +25,23 @@ from hri_prediction.ontology.evaluation import (
     labels_of,
     leave_sessions_out,
     leave_subject_out,
+    position_out,
     positions_apart,
     random_half,
 )
 from hri_prediction.ontology.table import SegmentTable
 from hri_prediction.results.dependencies import dependency_hash
-from hri_sim.benchmark.workers import do_all, versions
+from hri_prediction.results.workers import versions
+from hri_sim.benchmark.workers import do_all
 from hri_sim.ontology.sessions import FIRST_CASES
 from hri_sim.readability_report.run_folder import write_json
 
-RANDOM, SUBJECT, SESSIONS, POSITIONS, INDIVIDUAL = (
-    "random", "subject", "sessions", "positions", "individual",
+RANDOM, SUBJECT, SESSIONS, POSITIONS, POSITION_OUT, INDIVIDUAL = (
+    "random", "subject", "sessions", "positions", "position_out", "individual",
 )  # fmt: skip
+LEFT_OUT = "left_out"
+"""Key of the reason why a split cannot be done."""
+PACKAGES = ("numpy", "scipy", "scikit-learn")
 WORK = "hri_prediction.ontology.evaluation"
 Progress = Callable[[int, int], None]
 
@@ -81,6 +88,9 @@ def splits_of(table: SegmentTable, repetitions: int, seed: int, cost: float) -> 
         found += [Split(INDIVIDUAL, KINDS[1], who, seed, cost) for who in complete_subjects(table)]
     if set(FIRST_CASES) <= set(table.case.tolist()):
         found += [Split(POSITIONS, FULL, "", seed + number, cost) for number in range(repetitions)]
+        first = table.position[np.isin(table.case, FIRST_CASES)]
+        names = sorted(set(first.tolist()))
+        found += [Split(POSITION_OUT, FULL, name, seed, cost) for name in names if len(names) > 1]
     return found
 
 
@@ -100,18 +110,26 @@ def _load(path: str) -> SegmentTable:
 
 def do_split(path: str, split: Split) -> tuple[Split, dict[str, Any]]:
     """A split of the table in a file; called in a process of its own."""
-    table = _load(path)
+    try:
+        return split, _done(_load(path), split)
+    except DataError as error:  # small recordings do not allow all splits
+        return split, {LEFT_OUT: str(error)}
+
+
+def _done(table: SegmentTable, split: Split) -> dict[str, Any]:
+    seed, cost = split.seed, split.cost
     if split.kind == RANDOM:
-        return split, _confusion(random_half(table, split.labels, split.seed, split.cost))
+        return _confusion(random_half(table, split.labels, seed, cost))
     if split.kind == SESSIONS:
-        return split, _confusion(leave_sessions_out(table, split.labels, split.seed, split.cost))
+        return _confusion(leave_sessions_out(table, split.labels, seed, cost))
     if split.kind == SUBJECT:
-        found = leave_subject_out(table, split.who, split.labels, split.seed, split.cost)
-        return split, _confusion(found)
+        return _confusion(leave_subject_out(table, split.who, split.labels, seed, cost))
     if split.kind == POSITIONS:
-        apart = positions_apart(table, FIRST_CASES, split.seed, split.cost)
-        return split, {name: _confusion(found) for name, found in apart.items()}
-    return split, asdict(individual(table, split.who, split.seed, split.cost))
+        apart = positions_apart(table, FIRST_CASES, seed, cost)
+        return {name: _confusion(found) for name, found in apart.items()}
+    if split.kind == POSITION_OUT:
+        return _confusion(position_out(table, FIRST_CASES, split.who, seed, cost))
+    return asdict(individual(table, split.who, seed, cost))
 
 
 def do_splits(
@@ -127,8 +145,14 @@ def do_splits(
         progress: Told how many are done, of how many.
     """
     content = [table.features.tobytes(), labels_of(table, FULL).tobytes(), "\0".join(table.subject)]
-    content += ["\0".join(table.position), table.session.tobytes(), dependency_hash(WORK)]
-    mark = hashlib.sha256(repr((content, sorted(versions().items()))).encode()).hexdigest()[:16]
+    content += [
+        "\0".join(table.position),
+        table.session.tobytes(),
+        dependency_hash(WORK),
+        processor(),
+    ]
+    packages = sorted(versions(PACKAGES).items())
+    mark = hashlib.sha256(repr((content, packages)).encode()).hexdigest()[:16]
     folder = keep / f"splits_{mark}"
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / "segments.npz"
@@ -148,7 +172,7 @@ def do_splits(
 
 
 def _file(folder: Path, split: Split) -> Path:
-    who = f"_{split.who}" if split.who else ""
+    who = f"_{split.who.replace(' ', '_')}" if split.who else ""
     return folder / f"{split.kind}_{split.labels}{who}_{split.seed}_{split.cost:g}.json"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -25,6 +26,11 @@ TEXT, FIGURES = "training.md", "results.json"
 RUNS = Path("runs/ontology")
 SMOKE = DyadStudy(encounters=3, people=2)
 SEED = 0
+FEW = 6
+"""Recordings of a case that say something of others."""
+OFF = 0.2
+"""By more than this probabilities that are said may not differ from what is so, on the average."""
+SMOKE_NOTE = "**A smoke run: its figures say that everything runs, and nothing else.**\n"
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 
@@ -78,12 +84,49 @@ def left_out(table: SegmentTable, cost: float, rng: np.random.Generator) -> dict
     }
 
 
+def warnings(table: SegmentTable, found: dict[str, Any]) -> list[str]:
+    """What whoever trusts the classifier should know first.
+
+    Args:
+        table: What it learnt.
+        found: What :func:`left_out` found.
+    """
+    text = []
+    recordings = {
+        int(case): len(np.unique(table.session[table.case == case]))
+        for case in np.unique(table.case)
+    }
+    few = [f"case {case} ({count})" for case, count in recordings.items() if count < FEW]
+    if few:
+        text.append(
+            f"few recordings of {', '.join(few)}: {FEW} of each or more say something of others, and half "
+            "of these were left out above"
+        )
+    rows = [row for row in found["calibration"] if row["segments"]]
+    total = sum(row["segments"] for row in rows)
+    said = sum(row["segments"] * row["sure"] for row in rows) / max(total, 1)
+    chance = math.exp(-found["chance"])
+    right = found["recognised"]
+    if right - chance < 0.2 * (1.0 - chance):
+        text.append(
+            f"what was left out is recognised hardly more often than by chance ({100 * chance:.0f} %): "
+            "this classifier is of no use"
+        )
+    elif abs(said - right) > OFF:
+        text.append(
+            f"probabilities are off: {100 * said:.0f} % were said on the average, {100 * right:.0f} % were "
+            "so; more recordings mend that"
+        )
+    return text
+
+
 def report(content: dict[str, Any]) -> str:
     """The text of ``training.md``."""
     found = content["left_out"]
     text = [
         "# Training of the interaction classifier\n",
         f"{origin_line(content['origin'])} Data: {content['data']}.\n",
+        *([SMOKE_NOTE] if content["smoke"] else []),
         f"{content['segments']:,} segments of {content['sessions']} recordings of {content['subjects']} "
         f"people, {content['cases']} cases. Support vector machine with a quadratic kernel, cost "
         f"{content['cost']:g}; slope of probabilities {content['slope']:.2f}.\n",
@@ -98,7 +141,8 @@ def report(content: dict[str, Any]) -> str:
                 f"| {100 * row['sure_from']:.0f} to {100 * row['sure_to']:.0f} % | {row['segments']} | "
                 f"{100 * row['sure']:.0f} % | {100 * row['right']:.0f} % |"
             )
-    return "\n".join(text) + "\n"
+    text += ["", *(f"**Warning**: {one}.\n" for one in content["warnings"])]
+    return "\n".join(text).rstrip() + "\n"
 
 
 @app.command(context_settings={"help_option_names": ["-h", "--help"]})
@@ -145,11 +189,13 @@ def train_ontology(
             rng=np.random.default_rng(seed),
             about=about,
         )
+    warned = warnings(table, found)
     path = out / SHIPPED.name
     model.save(path)
     again = InteractionClassifier.load(path)
     content = {
         "origin": origin,
+        "smoke": smoke,
         "data": where,
         "segments": len(table),
         "sessions": len(np.unique(table.session)),
@@ -158,6 +204,7 @@ def train_ontology(
         "cost": cost,
         "slope": again.slope,
         "left_out": found,
+        "warnings": warned,
     }
     write_json(out / FIGURES, content)
     (out / TEXT).write_text(report(content))
@@ -167,6 +214,8 @@ def train_ontology(
         highlight=False,
         soft_wrap=True,
     )
+    for one in warned:
+        console.print(f"warning: {one}", highlight=False, soft_wrap=True)
 
 
 def main() -> int:
