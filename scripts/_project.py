@@ -128,8 +128,12 @@ def main(module, function="main", setup=(), graph=False):
             keep_installed()
         python = str(VENV / "bin" / "python")
         os.execve(python, [python] + sys.argv, environment())
+    import atexit
+    import gc
     import importlib
 
+    # Half a second: at the end the collector would look through all modules for what is about to go.
+    atexit.register(gc.freeze)
     try:
         sys.exit(getattr(importlib.import_module(module), function)())
     except KeyboardInterrupt:

@@ -22,6 +22,7 @@ from hri_prediction.ros.messages import ControllerState, PlannerStatus, ReachTar
 from hri_prediction.ros.time import seconds_to_ns, to_ns
 from hri_sim.nodes.simulator_node import SimulatorNode
 from hri_sim.scenario.schema import Scenario
+from hri_sim.simulator.stopchain import NO_HEARTBEAT
 from hri_sim.testing import Graph, scenes
 from hri_sim.testing.slow import SlowWorker
 
@@ -101,7 +102,7 @@ def test_a_simulator_that_falls_behind(
 ) -> None:
     """It catches up after a short stall; after a long one simulated time slips against the clock.
 
-    Whoever moved on meanwhile finds the robot at rest then, as one whose controller fell silent would be.
+    Whoever moved on meanwhile finds the robot at rest then: here the planner has stopped it.
     """
     monkeypatch.setitem(scenes.NODES, "simulator", Stalling)
     graph = make_graph()
@@ -116,6 +117,41 @@ def test_a_simulator_that_falls_behind(
     references = graph.messages("/joint_trajectory_controller/reference")
     assert max(m.max_handover_jump for m in references) < 1e-3
     assert largest_reference_step(graph) < 0.02
+    newest = next(m for m in references if to_ns(m.header.stamp) * 1e-9 >= goes_on_s)
+    assert np.abs(newest.reference_velocity).max() < 1e-6
+
+
+class Frozen(Stalling):
+    """One that hears nothing meanwhile, as when its process is stopped."""
+
+    def tick(self, now_ns: int | None = None) -> None:
+        now_s = (self.now_ns() if now_ns is None else now_ns) * 1e-9
+        if not self.stall_s[0] <= now_s < self.stall_s[1]:
+            super().tick(now_ns)
+
+
+def test_a_frozen_simulator_makes_up_for_half_a_second_at_the_end_of_which_the_robot_rests(
+    make_graph: Callable[..., Graph], scenario: Scenario, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nobody has told it to stop when it goes on: its controller finds that nobody says anything."""
+    monkeypatch.setitem(scenes.NODES, "simulator", Frozen)
+    graph = make_graph()
+    graph.run(0.4)
+    start_reach(graph, scenario)
+    run_into_motion(graph, 0.6)
+    fast = np.abs(newest_speed(graph)).max()
+    goes_on_s = graph.now_s + 1.5
+    monkeypatch.setattr(Frozen, "stall_s", (graph.now_s, goes_on_s))
+    graph.kill("ptomp")
+    graph.run(1.6)
+    assert fast > 0.1
+    reasons = [
+        m.reason
+        for m in graph.messages("/joint_trajectory_controller/reference")
+        if to_ns(m.header.stamp) * 1e-9 < goes_on_s
+    ]
+    assert NO_HEARTBEAT in reasons, sorted(set(reasons))
+    references = graph.messages("/joint_trajectory_controller/reference")
     newest = next(m for m in references if to_ns(m.header.stamp) * 1e-9 >= goes_on_s)
     assert np.abs(newest.reference_velocity).max() < 1e-6
 

@@ -36,7 +36,7 @@ def test_a_disk_that_gets_full(launch: Launch, disk: Path, tmp_path: Path) -> No
     parameters.write_text("recorder: {min_free_megabytes: 0}\n")
     options = ("--record", str(disk / "bag"), "--parameters", str(parameters))
     # Reaches enough that the recorder has given up before the last is over.
-    run = launch("--reaches", "4", "--seed", "100", *options)
+    run = launch("--reaches", "4", "--seed", "100", "--no-picture", *options)
     run.wait_for("reach 1/4")
     time.sleep(1.0)
     with contextlib.suppress(OSError), (disk / "filler").open("wb", buffering=0) as filler:
@@ -56,7 +56,7 @@ def test_a_disk_that_gets_full(launch: Launch, disk: Path, tmp_path: Path) -> No
 
 
 def test_a_recorder_that_hangs(launch: Launch) -> None:
-    run = launch("--reaches", "2", "--seed", "100")
+    run = launch("--reaches", "2", "--seed", "100", "--no-picture")
     run.wait_for("reach 1/2")
     recorder = run.nodes()["recorder"]
     recorder.send_signal(signal.SIGSTOP)

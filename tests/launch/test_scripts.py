@@ -67,7 +67,7 @@ def test_reproduce_ontology(tmp_path: Path) -> None:
     assert results["counts"] == [512, 68, 20, 7]
     assert results["live_latency_ms"]["movements"] >= 2
     assert results["live_latency_ms"]["case_most"] < 200.0
-    assert results["planned"]["case_1"]["10"]["apart_cm"] > 0.1
+    assert results["planned"]["case_1"]["3"]["apart_cm"] > 0.1
     text = (out / "ontology.md").read_text()
     assert "smoke run" in text
     for part in (

@@ -27,10 +27,7 @@ ROBOT = load_robot()
 RADII = np.array([0.05, 0.04, 0.05])
 COLUMNS, STEP = 37, 0.03
 TERM = TERMS.index("interaction_learned")
-AVOIDING = [
-    name for name, one in load_costs(SHIPPED_COSTS).cases.items() if one.weights[:COUNT].any()
-]
-"""Cases in which some nearness costs something."""
+CASES = list(load_costs(SHIPPED_COSTS).cases)
 
 
 def costs_file(folder: Path, **cases: NDArray[np.float64]) -> str:
@@ -77,7 +74,7 @@ def test_nothing_is_charged_unless_a_case_is_named() -> None:
 
 
 @settings(max_examples=30, deadline=None)
-@given(st.sampled_from(AVOIDING), st.floats(0.1, 10.0), st.integers(0, 10**6))
+@given(st.sampled_from(CASES), st.floats(0.1, 10.0), st.integers(0, 10**6))
 def test_they_are_linear_in_the_weight_and_less_farther_away(
     case: str, weight: float, seed: int
 ) -> None:
@@ -102,18 +99,26 @@ def test_they_are_linear_in_the_weight_and_less_farther_away(
     assert term(config, 0.1) < once
 
 
-def test_every_case_ships_and_most_have_something_to_avoid() -> None:
+def test_every_case_ships_with_what_is_avoided_in_it() -> None:
     shipped = load_costs(SHIPPED_COSTS)
     assert list(shipped.cases) == [f"case_{number}" for number in range(1, 21)]
-    assert len(AVOIDING) >= 12
-    for name in shipped.cases.keys() - set(AVOIDING):
-        with pytest.raises(ConfigError, match="case_1, case_3"):
-            find_nearness(name)
-    for name in AVOIDING:
+    directions = []
+    for name, one in shipped.cases.items():
+        # Learnt of people who moved by costs that are known, which were found again.
+        assert one.cosine is not None
+        assert one.cosine > 0.95
         found = find_nearness(name)
         assert found.weights.shape == (COUNT,)
         assert found.weights.min() >= 0.0
         np.testing.assert_allclose(found.weights.sum(), 1.0)
+        directions.append(found.weights / np.linalg.norm(found.weights))
+    # Cases are avoided otherwise: by one edge more of the same kind, or of another.
+    alike = np.array(directions) @ np.array(directions).T
+    apart: list[int] = []
+    for number in range(len(alike)):
+        if all(alike[number, other] < 0.99 for other in apart):
+            apart.append(number)
+    assert len(apart) >= 10
 
 
 def test_what_cannot_be_had_is_refused(tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ from rclpy.node import Node  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
 
+from hri_msgs.msg import InteractionCase  # noqa: E402
 from hri_prediction.bags import BagWriter, TopicInfo, inspect_bag  # noqa: E402
 from hri_prediction.bags.metadata import OfferedQos  # noqa: E402
 from hri_prediction.errors import ConfigError  # noqa: E402
@@ -188,9 +189,42 @@ def test_echo(talker: None, capfd) -> None:
     assert header == "received_s,position[0]"
     values = [float(row.split(",")[1]) for row in rows]
     assert values == [values[0], values[0] + 1, values[0] + 2]
+    never = ["/joint_states", "--only", "name[0]=z", "--once", "--timeout", "1"]
+    assert echo_topic.main(never) == 1
+    said = capfd.readouterr().err
+    assert "no message on /joint_states for 1 s with name[0]=z (" in said
+    assert "others, the latest with name[0]=a)" in said
+    options = [
+        "/joint_states",
+        "--only",
+        "name[0]=a",
+        "--field",
+        "name",
+        "--once",
+        "--timeout",
+        "10",
+    ]
+    assert echo_topic.main(options) == 0
+    assert "a" in capfd.readouterr().out
     assert echo_topic.main(["/joint_states", "--hz", "--count", "130", "--timeout", "10"]) == 0
     rate = float(capfd.readouterr().out.split()[0])
     assert 50 < rate < 110
+
+
+def test_echo_of_some_messages_alone(capfd) -> None:
+    shown = echo_topic._Printer(echo_topic._options(["/joint_states", "--only", "name[0]=b"]))
+    for name in ("a", "b", "a"):
+        shown.show(JointState(name=[name]))
+    assert shown.count == 1
+    assert "name: [b]" in capfd.readouterr().out
+    # By the name of a constant of the message, as its documentation has it.
+    shown = echo_topic._Printer(echo_topic._options(["/case", "--only", "state=COMPLETE"]))
+    for state in (InteractionCase.RUNNING, InteractionCase.COMPLETE):
+        shown.show(InteractionCase(state=state))
+    assert (shown.count, shown.others, shown.last_other) == (1, 1, "1")
+    for wrong in (["--only", "name"], ["--only", "=a"], ["--only", "a=b", "--hz"]):
+        with pytest.raises(SystemExit):
+            echo_topic.main(["/joint_states", *wrong])
 
 
 def test_echo_says_what_it_waits_for(talker: None, capfd) -> None:

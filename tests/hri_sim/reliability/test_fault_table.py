@@ -69,7 +69,7 @@ def test_a_bar_that_is_missed_once_is_missed(tmp_path: Path, progress: ProgressL
     assert (result.median(REST), result.worst(REST)) == (175.0, 250.0)
     text = "\n".join(table.lines([result]))
     assert "at rest after 175; 250 ms | **missed, 1 of 4**" in text
-    assert "`scripts/reproduce_reliability.py --only noise`" in text
+    assert "`scripts/reproduce_reliability.py --only noise --count 4`" in text
     assert "- noise: 3" in text
     assert "it was silent" in text
 
@@ -87,6 +87,7 @@ def test_what_was_said_does_not_tell_where_it_was(monkeypatch: pytest.MonkeyPatc
 def test_what_did_not_happen_is_missed() -> None:
     result = Result(FAULT, (Trial(0, {"rest_ms": None, "reached": 1.0}),))
     assert not result.met
+    assert result.misses() == ["seed 0: at rest after: None ms (wanted ≤ 200.0); said: "]
     assert result.worst(REST) is None
     assert "never" in "\n".join(table.lines([result]))
     assert table.to_mapping(result)["figures"]["rest_ms"]["worst"] is None

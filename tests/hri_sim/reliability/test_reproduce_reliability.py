@@ -38,7 +38,7 @@ def test_a_smoke_run(tmp_path: Path) -> None:
     assert content["faults"]["truncated_models"]["repetitions"] == 1
     text = (tmp_path / "reliability.md").read_text()
     assert "A smoke run" in text
-    assert "`scripts/reproduce_reliability.py --only truncated_models`" in text
+    assert "`scripts/reproduce_reliability.py --only truncated_models --count 1`" in text
     for case in encounters.CASES:
         for kind in KINDS:
             assert f"| {case.name} | {kind} |" in text

@@ -17,11 +17,12 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
-from hri_planner.dmp.policy import DmpPolicy
+from hri_planner.dmp.policy import PERIOD_S, DmpPolicy
 from hri_planner.nodes.adaptation_config import AdaptationConfig
 from hri_planner.nodes.adaptation_reporting import STAGES, status_of
 from hri_planner.nodes.adaptation_requests import PolicyRequests
 from hri_planner.pibb.beginning import opened_session
+from hri_planner.pibb.costs import squared_jerk
 from hri_planner.pibb.nearness import Nearness
 from hri_planner.pibb.recording import Recording, Stirring, check_clock
 from hri_planner.pibb.session import Session, Trial
@@ -73,6 +74,8 @@ class AdaptationNode(HriNode):
             raise ConfigError(
                 "the parameter folder is empty", expected="where trials are kept", hint="set it"
             )
+        # Once before anything moves: what it imports takes half a second.
+        squared_jerk(np.zeros((100, 1)), PERIOD_S)
         self._config, self._robot = config, load_robot()
         self._folder = Path(config.folder).resolve()
         opened = opened_session(

@@ -12,7 +12,6 @@ from dataclasses import asdict, dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import savgol_filter
 
 from hri_prediction.config import parameter, validate
 from hri_prediction.errors import ConfigError, DataError
@@ -127,6 +126,9 @@ def squared_jerk(path: FloatArray, dt: float) -> float:
     Raises:
         DataError: when it is too short, or not finite.
     """
+    # Half a second of the start of every script that launches nodes, and most of them have no costs.
+    from scipy.signal import savgol_filter
+
     window = max(2 * round(0.5 * _WINDOW_S / dt) + 1, _DEGREE + 1 + _DEGREE % 2)
     if path.ndim != 2 or len(path) < window or not np.isfinite(path).all():
         raise DataError(

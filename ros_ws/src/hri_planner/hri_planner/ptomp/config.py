@@ -110,7 +110,7 @@ class PtompConfig:
         "", "Where they are: a costs.json of scripts/learn_costs.py; empty: those that ship"
     )
     interaction_weight: float = parameter(
-        10.0, "Weight of learnt costs: what a second with everything at no distance costs", low=0.0,
+        3.0, "Weight of learnt costs: what a second with everything at no distance costs", low=0.0,
         high=1000.0,
     )  # fmt: skip
     effort_weight: float = parameter(0.002, "Weight of kinetic and potential energy", low=0.0)

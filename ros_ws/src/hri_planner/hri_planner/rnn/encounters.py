@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.signal import butter, sosfiltfilt
 
 from hri_planner.rnn.model import STEP_S
 from hri_prediction.errors import DataError
@@ -94,7 +93,9 @@ def smoothed(positions: ArrayLike, rate_hz: float, dt: float = STEP_S) -> FloatA
     Raises:
         DataError: when there are too few samples, or one is not finite.
     """
+    # Half a second of the start of whatever imports this, and most of it smooths nothing.
     from scipy.interpolate import CubicSpline
+    from scipy.signal import butter, sosfiltfilt
 
     path = np.asarray(positions, dtype=float)
     if path.ndim != 2 or path.shape[1:] != (3,) or len(path) < 8:

@@ -41,6 +41,10 @@ STANDSTILL = "was not run for"
 """What a node's health says of a machine that did not run it."""
 STANDSTILL_S = 0.25
 """Ticks that come later than this after the one before are spoken of [s]."""
+STARTING_NS = 10 * NANO
+"""For so long after its first tick a node speaks more often: who starts a graph waits for that [ns]."""
+STARTING_PERIOD_NS = NANO // 5
+"""How often it does so then [ns]."""
 TEARDOWN_S = 3.0
 """So long may the middleware take to let go of a node that ends [s]."""
 
@@ -104,6 +108,7 @@ class HriNode(Node):
         # Compiled kernels at the first tick: none may be added afterwards.
         self._variants: dict[str, int] | None = None
         self._next_diagnostics_ns = 0
+        self._started_ns = 0
         self._diagnostics = Diagnostics(self, self._inbox.dropped)
         self._timer: Any = None
         self.ticks_on_own_clock = True
@@ -218,6 +223,7 @@ class HriNode(Node):
             self._lockstep_now_ns = now_ns
         if self._variants is None:
             self._variants = compiled_variants()
+            self._started_ns = self.now_ns()
         start = time.perf_counter()
         self._notice_standstill(start)
         self._inbox.hand_over()
@@ -227,7 +233,8 @@ class HriNode(Node):
         self._worked_s = time.perf_counter()
         self._diagnostics.ticked(self._worked_s - start, self.period_s)
         if now >= self._next_diagnostics_ns:
-            self._next_diagnostics_ns = now + NANO
+            starting = not self.lockstep and 0 <= now - self._started_ns < STARTING_NS
+            self._next_diagnostics_ns = now + (STARTING_PERIOD_NS if starting else NANO)
             self._diagnostics.tell(now)
         elif self._next_diagnostics_ns - now > 2 * NANO:  # the clock went back
             self._next_diagnostics_ns = now

@@ -43,9 +43,10 @@ def report(content: dict[str, Any], results: Sequence[Result]) -> str:
     """
     found = content["encounters"]
     smoke = " --smoke" if content["smoke"] else ""
+    fewer = f" --at-most {content['at_most']}" if content.get("at_most") else ""
     text = [
         "# When things go wrong, measured\n",
-        f"Made by `scripts/reproduce_reliability.py{smoke}`. Nothing here is certified.\n",
+        f"Made by `scripts/reproduce_reliability.py{smoke}{fewer}`. Nothing here is certified.\n",
         f"{origin_line(content['origin'])}\n",
         *(
             ["**A smoke run: its figures say that everything runs, and nothing else.**\n"]
@@ -196,6 +197,7 @@ def reproduce_reliability(
     content = {
         "origin": results_origin(),
         "smoke": smoke,
+        "at_most": at_most,
         "faults": {result.fault.name: table.to_mapping(result) for result in results},
         "encounters": found,
     }

@@ -7,6 +7,7 @@ stamps, which are the simulator's wall clock on the same machine; what is said c
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import signal
 import time
@@ -21,6 +22,7 @@ from rclpy.action import ActionClient
 from rclpy.context import Context
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
+from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 
 from hri_planner.ros.authority import STATUSES
@@ -28,7 +30,7 @@ from hri_prediction.closing import Closing
 from hri_prediction.errors import GraphError
 from hri_prediction.ros.conversions import WORLD
 from hri_prediction.ros.messages import ControllerState, Cue, ReachTarget, SimState
-from hri_prediction.ros.qos import SENSOR, reliable
+from hri_prediction.ros.qos import reliable
 from hri_prediction.ros.time import NANO, to_ns, to_time
 from hri_sim.faults.own_motion import REST, OwnMotion, own_motion
 from hri_sim.launch.deaths import RESTART, Deaths
@@ -39,12 +41,21 @@ from hri_sim.launch.scene import SCENARIO
 from hri_sim.launch.separation import OFF
 from hri_sim.launch.supervisor import NodeSpec, Supervisor
 from hri_sim.launch.vital import vital_topics
+from hri_sim.nodes.simulator_node import MAX_CATCH_UP
 from hri_sim.scenario.conditions import draw_scenario
 from hri_sim.scenario.schema import Scenario, save_scenario
 
 FRESH_S = 0.05
 """Joint states older than this say nothing of how the robot moves now [s]."""
+BURST = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST,
+    depth=2 * MAX_CATCH_UP,
+    reliability=ReliabilityPolicy.BEST_EFFORT,
+)
+"""A simulator that was frozen makes up for half a second in one burst: all of it is looked at."""
 READY_S = 120.0
+SLOW_S = 20.0
+"""Who is not well again by then is named in the table."""
 """So long may nodes take to be ready on a busy machine [s]."""
 
 
@@ -82,11 +93,11 @@ class LiveGraph(Closing):
         self.speeds: list[tuple[float, float]] = []
         self.forget()
         listen = self._node.create_subscription
-        listen(JointState, "joint_states", self._on_joints, SENSOR)
+        listen(JointState, "joint_states", self._on_joints, BURST)
         listen(DiagnosticArray, "/diagnostics", self._on_diagnostics, 100)
         listen(STATUSES[self.mover], f"{self.mover}/status", self._on_reason, reliable(10))
-        listen(ControllerState, "joint_trajectory_controller/reference", self._on_reference, SENSOR)
-        listen(SimState, "sim/state", self._on_state, SENSOR)
+        listen(ControllerState, "joint_trajectory_controller/reference", self._on_reference, BURST)
+        listen(SimState, "sim/state", self._on_state, BURST)
         self._vital = [self._node.resolve_topic_name(t) for t in vital_topics(self.scenario)]
         self._index = 0
         try:
@@ -117,6 +128,7 @@ class LiveGraph(Closing):
         self._touches: list[tuple[float, float, float]] = []
         self.reasons: list[tuple[float, str]] = []
         self.steps: list[tuple[float, np.ndarray]] = []
+        self._speak: list[tuple[float, str]] = []
 
     def _tell(self, text: str) -> None:
         self.told.append((time.time(), text))
@@ -144,7 +156,9 @@ class LiveGraph(Closing):
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         self._health.take(message.status, time.monotonic(), begun=True)
+        stamp_s = to_ns(message.header.stamp) / NANO
         for status in message.status:
+            self._speak.append((stamp_s, status.hardware_id))
             self._last[status.hardware_id] = f"{status.hardware_id}: {status.message}"
             if status.level != DiagnosticStatus.OK:
                 said = f"/diagnostics of {status.hardware_id}: {status.message}"
@@ -179,7 +193,15 @@ class LiveGraph(Closing):
             unheard = self._health.missing(labels, self._vital, patient=False)
             return (missing - {"simulator"}) | unheard
 
-        if not self.spin(READY_S, lambda: not absent() and self._client.server_is_ready()):
+        def ready() -> bool:
+            return not absent() and self._client.server_is_ready()
+
+        if self.spin(SLOW_S, ready):
+            return
+        late = sorted(absent()) or ["the server of goals"]
+        last = "; ".join(filter(None, (self._last.get(label, "") for label in late)))
+        self._tell(f"not well again within {SLOW_S:.0f} s: {', '.join(late)} ({last})")
+        if not self.spin(READY_S - SLOW_S, ready):
             missing = sorted(absent())
             said = "; ".join(
                 text for label in missing for text in [self._last.get(label, "")] if text
@@ -250,9 +272,24 @@ class LiveGraph(Closing):
         """How the robot has moved of its own since :meth:`forget`."""
         return own_motion(self.speeds, self._asked, self._touches, moving=self._moving)
 
-    def rest_ms(self, since_s: float) -> float | None:
-        """From a time to rest [ms]: 0 when the robot was at rest; none when it still moves."""
-        found = self.own_motion()
+    def back_s(self, label: str, since_s: float) -> float:
+        """When a node that died at a time said again how it is [s]; infinite when it has not."""
+        spoke = (stamp_s for stamp_s, who in self._speak if who == label and stamp_s > since_s)
+        return min(spoke, default=math.inf)
+
+    def rest_ms(self, since_s: float, until_s: float = math.inf) -> float | None:
+        """From a time to rest [ms]: 0 when the robot was at rest; none when it moves until the end.
+
+        Args:
+            since_s: From when on [s].
+            until_s: The end: then it may move again [s].
+        """
+        found = own_motion(
+            [state for state in self.speeds if state[0] <= until_s],
+            self._asked,
+            self._touches,
+            moving=self._moving,
+        )
         if found.moves:
             return None
         return 0.0 if found.rest_s is None else max(found.rest_s - since_s, 0.0) * 1e3

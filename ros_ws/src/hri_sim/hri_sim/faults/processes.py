@@ -15,7 +15,7 @@ from hri_planner.nodes.policy_config import DEFAULT_POLICY
 from hri_prediction.bags import BagReader, salvage
 from hri_prediction.errors import GraphError
 from hri_prediction.ros.time import NANO, to_ns
-from hri_sim.faults.live import READY_S, LiveGraph, reaching_graph
+from hri_sim.faults.live import READY_S, SLOW_S, LiveGraph, reaching_graph
 from hri_sim.faults.motion import AT_REST, CAME_AT, LEANT_ON, NAMED, SCENES, STEP, TOUCHED, scene
 from hri_sim.faults.own_motion import OwnMotion
 from hri_sim.faults.sources import DYAD, INTERACTION, MOCAP_LIVE, SOURCES, SourceGraph
@@ -115,7 +115,8 @@ def many(
         except GraphError as error:
             trial = Trial(seed, {"ready_s": None}, str(error))
         else:
-            if trial.figures["ready_s"] is None:
+            ready_s = trial.figures["ready_s"]
+            if ready_s is None or ready_s > SLOW_S:
                 # Which node is not well, and why, matters more than what was said in time.
                 trial = replace(trial, said=graph.told[-1][1])
         if trial.figures["ready_s"] is None:
@@ -139,7 +140,8 @@ def kill(graph: LiveGraph, victim: str, seed: int, place: Place) -> Trial:
     if victim not in SILENT:
         figures["reason_ms"] = reason_ms
     if victim not in HANDS_OFF:
-        figures["rest_ms"] = graph.rest_ms(since_s)
+        # A quick machine has started it again by now, and the robot rightly moves on.
+        figures["rest_ms"] = graph.rest_ms(since_s, graph.back_s(victim, since_s))
     figures["ready_s"] = graph.ready_after(since_s)
     figures |= _of_trials(graph, since_s, trials)
     if victim == RECORDER:

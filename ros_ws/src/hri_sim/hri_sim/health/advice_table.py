@@ -94,7 +94,8 @@ TABLE = (
         words=r"in the future|ahead of the clock",
     ),
     Advice(
-        "The clock jumped. Do not set it while a graph runs: chrony slews it. After a simulated clock that "
+        "The clock jumped, or the node stood still: stopped, or on a machine with too much to do. Do not "
+        "set clocks while a graph runs: chrony slews them. After a simulated clock that "
         "began anew start the other nodes anew as well, and see that only one node publishes /clock.",
         keys=("clock", "slip"),
         words=r"the clock (went|ran)",

@@ -2,16 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from hri_planner.ptomp.variants import find_variant
 from hri_prediction.errors import ConfigError
+from hri_prediction.hybrid.body import CONVENTION
+from hri_prediction.hybrid.loop import warm_loop
 from hri_prediction.hybrid.people_command import DEFAULT_FOLDER
 from hri_prediction.hybrid.store import check_person
+from hri_prediction.motor_control.compiled_graph import is_prepared
 from hri_sim.scenario.schema import Scenario
 
 if TYPE_CHECKING:
     from hri_sim.launch.run import RunOptions
+
+
+def have_compiled(say: Callable[[str], None]) -> None:
+    """Compile what learns people, the first time: a node that had to would be waited for in vain.
+
+    Args:
+        say: Told that it takes a while.
+    """
+    if not is_prepared(CONVENTION):
+        say("compiling what learns people, once: half a minute, on a busy machine more")
+        warm_loop()
 
 
 def learning(options: RunOptions, scenario: Scenario) -> dict[str, Any]:

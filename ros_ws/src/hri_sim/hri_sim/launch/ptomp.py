@@ -9,7 +9,6 @@ import typer
 from rich.console import Console
 
 from hri_planner.ptomp.variants import live_names, variants
-from hri_sim.benchmark.adapted import ADAPTED
 from hri_sim.launch.command import conduct
 from hri_sim.launch.deaths import ON_DEATH, STOP, OnDeath
 from hri_sim.launch.options import (
@@ -41,6 +40,8 @@ app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions
 
 def _elsewhere(planner: str) -> str:
     """Where a planner that cannot be launched can be had."""
+    from hri_sim.benchmark.adapted import ADAPTED  # the whole benchmark, for a mistake
+
     if planner in {name for name, _, _ in ADAPTED}:
         return "here a model is chosen by --parameters: 'ptomp: {adaptation_model: success_f8}'"
     if planner in variants():

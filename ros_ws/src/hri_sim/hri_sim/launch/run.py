@@ -22,7 +22,7 @@ from hri_sim.launch.cpu_meter import CpuMeter
 from hri_sim.launch.deaths import STOP
 from hri_sim.launch.folder import RunFolders
 from hri_sim.launch.held_signals import EndingSignals
-from hri_sim.launch.learning import learning
+from hri_sim.launch.learning import have_compiled, learning
 from hri_sim.launch.moving_goals import Scene
 from hri_sim.launch.parameters import complete_parameters, read_parameters
 from hri_sim.launch.record import Series, read_run, with_baseline
@@ -273,6 +273,8 @@ def prepare(options: RunOptions, bag: Path, console: Console) -> Prepared:
     check_stopping(
         {spec.label: spec.parameters for spec in specs}, f"--parameters {options.parameters}"
     )
+    if options.person is not None:
+        have_compiled(lambda text: print_line(console, text))
     return Prepared(scene, specs)
 
 

@@ -34,6 +34,10 @@ _MAX_HELD = 50
 MAX_CUE_DELAY_S = 600.0
 """Longer delays in a cue are taken for mistakes [s]."""
 
+GRID_NS = NANO // 50
+"""Recordings are moved in time by multiples of it: instants of the interaction monitor are that far apart
+[ns]."""
+
 
 @dataclass(frozen=True)
 class ReplayerConfig:
@@ -151,7 +155,9 @@ class ReplayerNode(HriNode):
         self._last_ns = now_ns
         if not self._begun and self._config.start == "now" and now_ns > 0:
             self._begun = True
-            self.player.start(now_ns + seconds_to_ns(self._config.start_delay))
+            start_ns = now_ns + seconds_to_ns(self._config.start_delay)
+            # By whole steps of what samples at regular instants: it finds the same as in the recording.
+            self.player.start(start_ns + (self.playback.first_ns - start_ns) % GRID_NS)
         for when_ns, item in self.player.due(now_ns):
             self._play(when_ns + item.lag_ns, item)
             self._next_hold_ns = when_ns + self._period_ns

@@ -90,6 +90,13 @@ class Playback:
     bodies: tuple[str, ...]
 
     @property
+    def first_ns(self) -> int:
+        """Original stamp of what is played at offset 0 [ns]; 0 without a pose."""
+        poses = (item for item in self.items if isinstance(item, ScheduledArm))
+        first = next(poses, None)
+        return 0 if first is None else first.sample.stamp_ns - first.lag_ns - first.offset_ns
+
+    @property
     def duration_ns(self) -> int:
         """Time of the last item [ns]."""
         return self.items[-1].offset_ns if self.items else 0

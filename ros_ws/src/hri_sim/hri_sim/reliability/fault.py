@@ -147,6 +147,16 @@ class Result:
         """Whether every figure of every trial will do."""
         return bool(self.skipped) or not any(map(self.missed, self.fault.figures))
 
+    def misses(self) -> list[str]:
+        """What missed its bar, in words."""
+        return [
+            f"seed {trial.seed}: {figure.text}: {trial.figures[figure.key]} {figure.unit}"
+            f" (wanted {'≥' if figure.least else '≤'} {figure.limit}); said: {trial.said}"
+            for figure in self.fault.figures
+            for trial in self.trials
+            if figure.key in trial.figures and not figure.met(trial.figures[figure.key])
+        ]
+
     def failed_seeds(self) -> list[int]:
         """Of the trials in which something missed its bar."""
         figures = {figure.key: figure for figure in self.fault.figures}

@@ -71,8 +71,14 @@ def _line(result: Result) -> str:
         verdict = f"met, {count} of {count}" if not missed else f"**missed, {missed} of {count}**"
     return (
         f"| {fault.title} | {fault.injected} | {fault.answer} | {measured} | {verdict} | "
-        f"`{COMMAND} {fault.name}` |"
+        f"`{COMMAND} {fault.name}{_as_often(result)}` |"
     )
+
+
+def _as_often(result: Result) -> str:
+    """The option that repeats a line as often as it was; empty where the command does so by itself."""
+    count = len(result.trials)
+    return f" --count {count}" if count and count != result.fault.count else ""
 
 
 def _short(result: Result, figure: Figure) -> str:

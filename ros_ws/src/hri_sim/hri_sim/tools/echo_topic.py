@@ -48,6 +48,9 @@ def _parser() -> argparse.ArgumentParser:
     count.add_argument("--count", type=int, default=0, metavar="N", help="end after N messages")
     parser.add_argument("--field", metavar="PATH", help="only this part, such as position[0]")
     parser.add_argument(
+        "--only", metavar="PATH=VALUE", help="only messages in which this is so, such as state=2"
+    )
+    parser.add_argument(
         "--timeout", type=float, default=0.0, metavar="S", help="end after S s without a message"
     )
     return parser
@@ -59,11 +62,25 @@ class _Printer:
     def __init__(self, options: argparse.Namespace) -> None:
         self._steps = parse_field(options.field) if options.field else []
         self._label = options.field or ""
+        path, _, wanted = str(options.only or "").partition("=")
+        self._wanted, self._only = wanted, parse_field(path) if path else []
         self._csv = csv.writer(sys.stdout, lineterminator="\n") if options.csv else None
         self._header: list[str] = []
         self.count = 0
+        self.others = 0
+        """Messages that were not asked for."""
+        self.last_other = ""
+        """What was in the latest of these instead."""
 
     def show(self, message: Any) -> None:
+        if self._only:
+            found = to_text(follow(message, self._only), "").strip()
+            # The names of a message's constants, as messages are documented with.
+            named = getattr(type(message), self._wanted, None) if self._wanted.isupper() else None
+            if found not in (self._wanted, str(named)):
+                self.others += 1
+                self.last_other = found
+                return
         self.count += 1
         value = follow(message, self._steps) if self._steps else message
         if self._csv is None:
@@ -113,6 +130,10 @@ def _options(argv: list[str] | None) -> argparse.Namespace:
         parser.error("--hz needs two messages at least: leave --once away, or say --count N")
     if options.hz and options.field:
         parser.error("--hz counts whole messages: leave --field away")
+    if options.only and not all(options.only.partition("=")):
+        parser.error(f"--only {options.only}: expected PATH=VALUE, such as state=2")
+    if options.hz and options.only:
+        parser.error("--hz counts all messages: leave --only away")
     if options.count < 0:
         parser.error(f"--count {options.count}: expected a positive number")
     if not 0.0 <= options.timeout < float("inf"):
@@ -181,6 +202,14 @@ def _publishers(node: Node, topic: str) -> str:
     return f"its publisher is {', '.join(names)}" if names else "its publisher has gone"
 
 
+def _others(sink: _Printer | _Rate, options: argparse.Namespace) -> str:
+    """How many came that were not asked for, and what was in the latest."""
+    if not isinstance(sink, _Printer) or not sink.others:
+        return ""
+    path = options.only.partition("=")[0]
+    return f" with {options.only} ({sink.others} others, the latest with {path}={sink.last_other})"
+
+
 def _echo(options: argparse.Namespace, node: Node) -> None:
     executor = EventsExecutor(context=node.context)
     executor.add_node(node)
@@ -209,22 +238,24 @@ def _echo(options: argparse.Namespace, node: Node) -> None:
         told = False
         while rclpy.ok(context=node.context):
             spin()
-            if inbox:
-                last = time.monotonic()
             while inbox:
+                before = sink.count
                 sink.show(inbox.popleft())
+                if sink.count > before:
+                    last = time.monotonic()
                 if wanted and sink.count >= wanted:
                     return
             now = time.monotonic()
             if options.timeout and now - last > options.timeout:
                 raise GraphError(
-                    f"no message on {topic} for {options.timeout:g} s",
+                    f"no message on {topic} for {options.timeout:g} s{_others(sink, options)}",
                     hint=_publishers(node, topic),
                 )
             if not told and sink.count == 0 and now - start > _QUIET_S:
                 told = True
                 print(
-                    f"waiting for {topic}: no message yet; {_publishers(node, topic)}",
+                    f"waiting for {topic}: no message yet{_others(sink, options)}; "
+                    f"{_publishers(node, topic)}",
                     file=sys.stderr,
                 )
     finally:
