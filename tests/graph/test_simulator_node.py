@@ -196,7 +196,7 @@ class Counter(HriNode):
 
 @pytest.mark.alone
 def test_clock_drives_a_node_with_use_sim_time() -> None:
-    """Five times real time: 2 s of wall clock are 10 s of the node's."""
+    """Twice real time: 2 s of wall clock are 4 s of the node's. A busy machine must still keep up."""
     from rclpy.parameter import Parameter
 
     context = Context()
@@ -205,7 +205,7 @@ def test_clock_drives_a_node_with_use_sim_time() -> None:
         context=context,
         parameter_overrides=[
             Parameter("publish_clock", value=True),
-            Parameter("realtime_factor", value=5.0),
+            Parameter("realtime_factor", value=2.0),
         ],
     )
     counter = Counter(context=context, parameter_overrides=[Parameter("use_sim_time", value=True)])
@@ -227,7 +227,7 @@ def test_clock_drives_a_node_with_use_sim_time() -> None:
         counter.destroy_node()
         rclpy.try_shutdown(context=context)
     ticks = np.array(counter.times)
-    assert passed == pytest.approx(5.0 * wall, rel=0.02)
+    assert passed == pytest.approx(2.0 * wall, rel=0.02)
     assert ticks[-1] - ticks[0] == pytest.approx(passed, abs=0.5)
     assert len(ticks) == pytest.approx(passed / 0.02, rel=0.1)
     print(f"{passed:.2f} s of /clock in {wall:.2f} s, {len(ticks)} ticks")

@@ -217,7 +217,7 @@ class WatchedArms(BodyTopics):
 
     def take_one(self, body_id: str, message: HumanArm) -> None:
         """Take a sample."""
-        self._people.take_arm(message, self._node.now_ns())
+        self._people.take_arm(message, self._node.tick_ns)
         check_finite(message)
 
     def leave(self, body_id: str) -> None:

@@ -124,7 +124,7 @@ class InteractionMonitorNode(HriNode):
             self.fault("body", f"arm of {message.body_id!r} came on the topic of another body")
             return
         try:
-            sample = current_sample(message, self.now_ns(), self._config.max_future)
+            sample = current_sample(message, self.tick_ns, self._config.max_future)
         except DataError as error:
             self.fault("arm", str(error))
             return

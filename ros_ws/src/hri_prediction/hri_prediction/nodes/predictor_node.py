@@ -157,14 +157,15 @@ class PredictorNode(HriNode):
             self.fault("body", f"arm of {message.body_id!r} came on the topic of another body")
             return
         try:
-            sample = current_sample(message, self.now_ns(), self._config.max_future)
+            sample = current_sample(message, self.tick_ns, self._config.max_future)
         except DataError as error:
             self.fault("arm", str(error))
             return
-        try:
-            check_finite(message)
-        except DataError as error:
-            self.fault("arm", str(error))
+        if not sample.valid.all():
+            try:
+                check_finite(message)
+            except DataError as error:
+                self.fault("arm", str(error))
         if sample.side not in body.arms:
             body.arms[sample.side] = self._arm(sample.side)
         if turned := body.arms[sample.side].observe(sample):

@@ -12,6 +12,7 @@ from hri_prediction.arm.geometry import KEYPOINTS
 from hri_prediction.errors import DataError
 from hri_prediction.prediction.output import Prediction
 from hri_prediction.ros.messages import HumanArm, HumanPrediction
+from hri_prediction.ros.template import templates
 from hri_prediction.ros.time import NANO, to_ns, to_time
 from hri_prediction.tracks.track import ArmSample
 
@@ -37,9 +38,11 @@ def sample_from_message(message: HumanArm, frame: str = WORLD) -> ArmSample:
         )
     if message.side not in ("left", "right"):
         raise DataError(f"HumanArm.side is {message.side!r}", expected="'left' or 'right'")
-    keypoints = np.array(message.keypoints, dtype=float).reshape(4, 3)
-    valid = np.array(message.valid, dtype=bool) & np.isfinite(keypoints).all(axis=1)
-    keypoints[~valid] = np.nan
+    keypoints = np.asarray(message.keypoints, dtype=float).reshape(4, 3)
+    valid = np.array(message.valid, dtype=bool)
+    finite = np.isfinite(keypoints)
+    if not finite.all():
+        valid &= finite.all(axis=1)
     return ArmSample(
         stamp_ns=to_ns(message.header.stamp), keypoints=keypoints, valid=valid, side=message.side
     )
@@ -99,6 +102,32 @@ def message_from_sample(sample: ArmSample, body_id: str, frame: str = WORLD) -> 
         keypoints=keypoints.ravel(),
         valid=[bool(flag) for flag in valid],
     )
+
+
+class ArmEncoder:
+    """Serialised ``HumanArm`` messages of samples, for who sends many: see :mod:`.template`.
+
+    Args:
+        frame: Of the keypoints.
+    """
+
+    def __init__(self, frame: str = WORLD) -> None:
+        self._template = templates(
+            lambda body_id, side: HumanArm(
+                header=Header(frame_id=frame), body_id=body_id, side=side
+            )
+        )
+
+    def encoded(self, sample: ArmSample, body_id: str) -> bytes:
+        """The bytes of :func:`message_from_sample`."""
+        template = self._template(body_id, sample.side)
+        template.stamp(sample.stamp_ns)
+        seen = sample.valid
+        keypoints = (
+            sample.keypoints if seen.all() else np.where(seen[:, None], sample.keypoints, 0.0)
+        )
+        template.write(keypoints=keypoints.ravel(), valid=seen)
+        return template.encoded()
 
 
 def message_from_prediction(

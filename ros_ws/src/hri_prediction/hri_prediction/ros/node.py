@@ -1,4 +1,4 @@
-"""Base class of all nodes: callbacks store, a tick computes.
+"""Base class of all nodes: messages wait, a tick takes them and computes.
 
 The same node runs in three ways. In real time a timer on the node's clock drives its tick; with
 ``use_sim_time`` that clock is ``/clock``; in lock-step a coordinator calls :meth:`HriNode.tick` with the
@@ -8,6 +8,7 @@ whatever the order of their arrival.
 
 from __future__ import annotations
 
+import copy
 import difflib
 import faulthandler
 import gc
@@ -33,6 +34,7 @@ from hri_prediction.errors import ConfigError, HriError
 from hri_prediction.flow import Flow
 from hri_prediction.ros.diagnostics import ERROR, OK, WARN, Diagnostics
 from hri_prediction.ros.inbox import Handler, Inbox
+from hri_prediction.ros.polling import PollingNode
 from hri_prediction.ros.qos import LATCHED
 from hri_prediction.ros.readiness import ready_line
 from hri_prediction.ros.time import NANO, to_ns
@@ -45,6 +47,8 @@ STARTING_NS = 10 * NANO
 """For so long after its first tick a node speaks more often: who starts a graph waits for that [ns]."""
 STARTING_PERIOD_NS = NANO // 5
 """How often it does so then [ns]."""
+COUNTED_DROPS = 50
+"""So many messages that newer ones push out between two ticks are counted; of more, the rest is not."""
 TEARDOWN_S = 3.0
 """So long may the middleware take to let go of a node that ends [s]."""
 
@@ -65,13 +69,13 @@ class CountedPublisher:
         return int(self.publisher.get_subscription_count())
 
     def publish(self, message: Any) -> None:
-        """Publish one message."""
+        """Publish one message, or the bytes of one."""
         self.sent += 1
         self.publisher.publish(message)
 
 
-class HriNode(Node):
-    """A node that stores messages as they come and computes on its tick.
+class HriNode(PollingNode):
+    """A node whose messages wait in the middleware until its tick takes them and computes.
 
     Args:
         name: Node name.
@@ -94,6 +98,7 @@ class HriNode(Node):
         super().__init__(name, context=context, **kwargs)
         self.lockstep = lockstep_ns is not None
         self.period_s = period_s
+        self.tick_ns = lockstep_ns or 0
         self.received: dict[str, int] = {}
         self.publishers_by_topic: dict[str, CountedPublisher] = {}
         self._inbox = Inbox()
@@ -102,7 +107,7 @@ class HriNode(Node):
         self.topic_changes = 0
         self.withdrawn: dict[str, int] = {}
         self._lockstep_now_ns = lockstep_ns or 0
-        # Added to the wall clock for the node's time at a receipt: asking a ROS clock takes 3 µs.
+        # Added to the wall clock for the node's time at a receipt, which the middleware says.
         self._ahead_ns = 0
         self._worked_s = 0.0
         # Compiled kernels at the first tick: none may be added afterwards.
@@ -134,11 +139,13 @@ class HriNode(Node):
         """The node's time: the coordinator's in lock-step, else the ROS clock's."""
         if self.lockstep:
             return self._lockstep_now_ns
+        if not self._time_source.ros_time_is_active:
+            return time.time_ns()  # which a ROS clock then gives, with ten times the work
         return int(self.get_clock().now().nanoseconds)
 
-    def _receipt_ns(self) -> int:
-        """The node's time when a message comes: since the last tick, the wall clock has counted it."""
-        return self._lockstep_now_ns if self.lockstep else time.time_ns() + self._ahead_ns
+    def _receipt_ns(self, wall_ns: int) -> int:
+        """The node's time at a time of the wall clock, which has counted it since the last tick [ns]."""
+        return self._lockstep_now_ns if self.lockstep else wall_ns + self._ahead_ns
 
     # ---------------------------------------------------------------- topics
     def announce(self, message_type: Any, topic: str, qos: QoSProfile) -> CountedPublisher:
@@ -182,13 +189,20 @@ class HriNode(Node):
         self._diagnostics.listened(resolved, flow, qos.reliability)
         note, receipt_ns, received = flow.note, self._receipt_ns, self.received
 
-        def store(message: Any) -> None:
+        def store(message: Any, info: dict[str, Any] | None = None) -> None:
             stamp_ns = to_ns(message.header.stamp) if stamped else 0
             if keep(stamp_ns if stamped else sys.maxsize, message):
                 received[resolved] += 1
-                note(receipt_ns(), stamp_ns)
+                wall_ns = info["received_timestamp"] if info else 0
+                note(receipt_ns(wall_ns or time.time_ns()), stamp_ns)
 
-        self._subscribed[resolved] = self.create_subscription(message_type, topic, store, qos)
+        if not self.lockstep:
+            qos = copy.copy(qos)
+            qos.depth += COUNTED_DROPS
+        subscription = self.create_subscription(message_type, topic, store, qos)
+        if not self.lockstep:
+            self.poll(subscription, store)
+        self._subscribed[resolved] = subscription
         self.topic_changes += 1
 
     def ignore(self, topic: str) -> None:
@@ -226,6 +240,8 @@ class HriNode(Node):
             self._started_ns = self.now_ns()
         start = time.perf_counter()
         self._notice_standstill(start)
+        self.take()
+        self.tick_ns = self.now_ns()
         self._inbox.hand_over()
         now = self.now_ns()
         self._ahead_ns = now - time.time_ns()

@@ -21,7 +21,6 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.action import ActionClient
 from rclpy.context import Context
 from rclpy.experimental.events_executor import EventsExecutor
-from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 
@@ -30,6 +29,7 @@ from hri_prediction.closing import Closing
 from hri_prediction.errors import GraphError
 from hri_prediction.ros.conversions import WORLD
 from hri_prediction.ros.messages import ControllerState, Cue, ReachTarget, SimState
+from hri_prediction.ros.polling import PollingNode
 from hri_prediction.ros.qos import reliable
 from hri_prediction.ros.time import NANO, to_ns, to_time
 from hri_sim.faults.own_motion import REST, OwnMotion, own_motion
@@ -53,6 +53,8 @@ BURST = QoSProfile(
     reliability=ReliabilityPolicy.BEST_EFFORT,
 )
 """A simulator that was frozen makes up for half a second in one burst: all of it is looked at."""
+LOOK_S = 0.005
+"""How often it is looked at whether what is waited for has come [s]."""
 READY_S = 120.0
 SLOW_S = 20.0
 """Who is not well again by then is named in the table."""
@@ -83,7 +85,7 @@ class LiveGraph(Closing):
         self._health = GraphHealth(self._tell)
         self._context = Context()
         rclpy.init(context=self._context)
-        self._node = Node("onlooker", context=self._context, start_parameter_services=False)
+        self._node = PollingNode("onlooker", context=self._context, start_parameter_services=False)
         self._executor = EventsExecutor(context=self._context)
         self._executor.add_node(self._node)
         self._cues = self._node.create_publisher(Cue, "sim/cue", reliable(10))
@@ -93,11 +95,14 @@ class LiveGraph(Closing):
         self.speeds: list[tuple[float, float]] = []
         self.forget()
         listen = self._node.create_subscription
-        listen(JointState, "joint_states", self._on_joints, BURST)
+        for kind, topic, take in (
+            (JointState, "joint_states", self._on_joints),
+            (ControllerState, "joint_trajectory_controller/reference", self._on_reference),
+            (SimState, "sim/state", self._on_state),
+        ):
+            self._node.poll(listen(kind, topic, take, BURST), _of_message(take))
         listen(DiagnosticArray, "/diagnostics", self._on_diagnostics, 100)
         listen(STATUSES[self.mover], f"{self.mover}/status", self._on_reason, reliable(10))
-        listen(ControllerState, "joint_trajectory_controller/reference", self._on_reference, BURST)
-        listen(SimState, "sim/state", self._on_state, BURST)
         self._vital = [self._node.resolve_topic_name(t) for t in vital_topics(self.scenario)]
         self._index = 0
         try:
@@ -167,8 +172,12 @@ class LiveGraph(Closing):
     def spin(self, seconds: float, until: Callable[[], bool] = lambda: False) -> bool:
         """Listen, and start dead nodes again; whether ``until()`` became true before the time was over."""
         end = time.monotonic() + seconds
-        while time.monotonic() < end:
-            self._executor.spin_once(timeout_sec=0.01)
+        while (now_s := time.monotonic()) < end:
+            # All messages of some time, then one look: they are a thousand in a second.
+            look_s = min(now_s + LOOK_S, end)
+            while (left_s := look_s - time.monotonic()) > 0.0:
+                self._executor.spin_once(timeout_sec=left_s)
+            self._node.take()
             self._deaths.look(begun=True)
             self._health.look(time.monotonic(), self.supervisor.pids)
             if until():
@@ -348,3 +357,8 @@ def launched_specs(
     if source is not None:
         made = [source if spec.executable == "person" else spec for spec in made]
     return complete_parameters(made, read_parameters(None), "")
+
+
+def _of_message(take: Callable[[Any], None]) -> Callable[[Any, dict[str, Any]], None]:
+    """The same, told also what the middleware says of the message."""
+    return lambda message, _: take(message)

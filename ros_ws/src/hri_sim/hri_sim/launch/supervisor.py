@@ -21,6 +21,7 @@ import yaml
 
 from hri_prediction.errors import GraphError
 from hri_sim.launch.folder import LOGS, PARAMETERS
+from hri_sim.launch.precedence import yield_to_others
 
 _PR_SET_PDEATHSIG = 1
 STOP_TIMEOUT_S = 5.0
@@ -214,6 +215,7 @@ class Supervisor:
                 start_new_session=True,
                 preexec_fn=functools.partial(die_with, os.getpid()),
             )
+        yield_to_others(spec.executable, self._processes[spec.label].pid)
         self._specs.setdefault(spec.label, spec)
 
     def last_words(self, label: str, lines: int = 8) -> tuple[str, ...]:

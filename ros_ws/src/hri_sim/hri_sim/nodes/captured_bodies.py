@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from std_msgs.msg import Header
 
-from hri_prediction.ros.conversions import WORLD, message_from_sample
+from hri_prediction.ros.conversions import WORLD, ArmEncoder
 from hri_prediction.ros.messages import HumanArm, IdsList
 from hri_prediction.ros.node import CountedPublisher, HriNode
 from hri_prediction.ros.qos import LATCHED, SENSOR
@@ -33,6 +33,7 @@ class CapturedBodies:
         people: Callable[[], Mapping[str, Sequence[CapturedArm]]],
     ) -> None:
         self._node, self._people = node, people
+        self._encoder = ArmEncoder()
         self._truth: dict[str, CountedPublisher] = {}
         self._tracked: dict[str, CountedPublisher] = {}
         for body_id in ids:
@@ -69,6 +70,6 @@ class CapturedBodies:
             self.skipped += skipped
             self._node.fault("late", f"{skipped} captures skipped: this node was held up")
         for body_id, sample in self._capture.truth(now_ns):
-            self._truth[body_id].publish(message_from_sample(sample, body_id))
+            self._truth[body_id].publish(self._encoder.encoded(sample, body_id))
         for body_id, sample in self._capture.tracked(now_ns):
-            self._tracked[body_id].publish(message_from_sample(sample, body_id))
+            self._tracked[body_id].publish(self._encoder.encoded(sample, body_id))

@@ -34,6 +34,8 @@ from hri_sim.recording.recorder_core import RecorderConfig, RecorderCore, Record
 
 PERIOD_S = 0.1
 """How often the graph is looked at for new topics [s]."""
+TAKE_S = 0.02
+"""How often what has come is taken from the middleware [s], where it notes the time of receipt itself."""
 _RECHECK_TICKS = 10
 """Known topics are checked for new publishers every so many looks."""
 TROUBLES = "troubles"
@@ -108,6 +110,8 @@ class RecorderNode(HriNode):
         self._look()
         # On its own clock: with use_sim_time, /clock itself must be found before it moves.
         self.set_period(PERIOD_S, Clock(clock_type=ClockType.STEADY_TIME))
+        if self._log_time is None:
+            self.create_timer(TAKE_S, self.take, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     # ------------------------------------------------------------------ graph
     def on_tick(self, now_ns: int) -> None:
@@ -202,11 +206,14 @@ class RecorderNode(HriNode):
         subscription = self.create_subscription(
             message_class(recorded.info.type), name, recorded.take, profile, raw=True
         )
+        if self._log_time is None:
+            self.poll(subscription, recorded.take)
         # The events executor of Jazzy calls a callback with message info with one argument, which
         # rclpy's own check of signatures takes for a callback without: hence set by hand.
         subscription._callback_type = Subscription.CallbackType.WithMessageInfo
         recorded.subscription, recorded.qos = subscription, wanted
         if previous is not None:
+            self.take()
             self.destroy_subscription(previous)
 
     # ------------------------------------------------------------------ health
@@ -312,6 +319,7 @@ def _drain(executor: Any, node: RecorderNode) -> None:
     while quiet < 3 and time.monotonic() < end:
         before = node.core.state.received
         executor.spin_once(timeout_sec=0.01)
+        node.take()
         quiet = 0 if node.core.state.received > before else quiet + 1
 
 

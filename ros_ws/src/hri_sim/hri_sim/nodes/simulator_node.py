@@ -22,6 +22,7 @@ from hri_prediction.ros.messages import ControllerState, HumanArm, Reset, SimSta
 from hri_prediction.ros.node import ERROR, OK, WARN, HriNode, run_node
 from hri_prediction.ros.parameters import declare_config
 from hri_prediction.ros.qos import LATCHED, SENSOR, reliable
+from hri_prediction.ros.template import templates
 from hri_prediction.ros.time import seconds_to_ns, to_ns, to_time
 from hri_sim.nodes.arms import TrueArms
 from hri_sim.scenario.schema import Scenario, load_scenario
@@ -101,6 +102,26 @@ class SimulatorNode(HriNode):
         self._sim_state = self.announce(SimState, "sim/state", SENSOR)
         self._reference = self.announce(
             ControllerState, "joint_trajectory_controller/reference", SENSOR
+        )
+        # Three messages of each period, whose numbers alone are new.
+        names, zeros = list(self._simulation.robot.joint_names), flat(self._simulation.q)
+        header = Header(frame_id=WORLD)
+        self._robot_template = templates(
+            lambda: JointState(name=names, position=zeros, velocity=zeros, effort=zeros)
+        )
+        self._truth_template = templates(
+            lambda robot_part, human_part: SimState(
+                header=header, robot_part=robot_part, human_part=human_part, torque=zeros
+            )
+        )
+        self._reference_template = templates(
+            lambda reason: ControllerState(
+                header=header,
+                reason=reason,
+                joint_names=names,
+                reference_position=zeros,
+                reference_velocity=zeros,
+            )
         )
         self._description = self.announce(String, "robot_description", LATCHED)
         self._clock_topic = self.announce(Clock, "/clock", SENSOR) if config.publish_clock else None
@@ -238,55 +259,46 @@ class SimulatorNode(HriNode):
 
     def _publish(self, stamp_ns: int) -> None:
         simulation = self._simulation
-        stamp = to_time(stamp_ns)
         if self._clock_topic is not None:
-            self._clock_topic.publish(Clock(clock=stamp))
-        self._joint_states.publish(
-            JointState(
-                header=Header(stamp=stamp),
-                name=list(simulation.robot.joint_names),
-                position=flat(simulation.q),
-                velocity=flat(simulation.qd),
-                effort=flat(simulation.torque),
-            )
-        )
+            self._clock_topic.publish(Clock(clock=to_time(stamp_ns)))
+        robot = self._robot_template()
+        robot.stamp(stamp_ns)
+        robot.write(position=simulation.q, velocity=simulation.qd, effort=simulation.torque)
+        self._joint_states.publish(robot.encoded())
         clearance = simulation.clearance()
         human, table = simulation.contacts()
         seen = math.isfinite(clearance.distance)
-        self._sim_state.publish(
-            SimState(
-                header=Header(stamp=stamp, frame_id=WORLD),
-                clearance=clearance.distance if seen else NOBODY,
-                robot_part=clearance.robot_part,
-                human_part=f"{clearance.arm}/{clearance.limb}" if seen else "",
-                approach=clearance.approach,
-                contacts_human=human,
-                contacts_table=table,
-                tool=simulation.tool_position(),
-                torque=flat(simulation.torque),
-                time=simulation.time_s,
-            )
+        truth = self._truth_template(
+            clearance.robot_part, f"{clearance.arm}/{clearance.limb}" if seen else ""
         )
-        self._publish_reference(stamp)
+        truth.stamp(stamp_ns)
+        truth.write(
+            clearance=clearance.distance if seen else NOBODY,
+            approach=clearance.approach,
+            contacts_human=human,
+            contacts_table=table,
+            tool=simulation.tool_position(),
+            torque=simulation.torque,
+            time=simulation.time_s,
+        )
+        self._sim_state.publish(truth.encoded())
+        self._publish_reference(stamp_ns)
 
-    def _publish_reference(self, stamp: Any) -> None:
+    def _publish_reference(self, stamp_ns: int) -> None:
         controller = self._simulation.controller
-        scale = controller.scale
-        self._reference.publish(
-            ControllerState(
-                header=Header(stamp=stamp, frame_id=WORLD),
-                state=_STATES[controller.state],
-                reason=controller.reason,
-                joint_names=list(self._simulation.robot.joint_names),
-                reference_position=flat(controller.q_ref),
-                reference_velocity=flat(controller.qd_ref),
-                trajectory=to_time(self._active_ns if controller.stamp_ns else 0),
-                time_in_trajectory=controller.time_in_trajectory,
-                speed_scale=scale,
-                handover_jump=controller.last_jump_position,
-                max_handover_jump=controller.handover_jump_position,
-            )
+        template = self._reference_template(controller.reason)
+        template.stamp(stamp_ns)
+        template.stamp(self._active_ns if controller.stamp_ns else 0, "trajectory")
+        template.write(
+            state=_STATES[controller.state],
+            reference_position=controller.q_ref,
+            reference_velocity=controller.qd_ref,
+            time_in_trajectory=controller.time_in_trajectory,
+            speed_scale=controller.scale,
+            handover_jump=controller.last_jump_position,
+            max_handover_jump=controller.handover_jump_position,
         )
+        self._reference.publish(template.encoded())
 
     def health(self) -> tuple[bytes, str, dict[str, Any]]:
         """Controller state, and why it stops where nobody asked it to; real-time factor, refusals."""
