@@ -59,6 +59,24 @@ def test_training(segments: Path, tmp_path: Path, capsys: pytest.CaptureFixture[
     assert all(one in text for one in told["warnings"])
 
 
+def test_few_segments_are_learnt_and_none_left_out(
+    segments: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = SegmentTable.load(segments)
+    few = np.concatenate([np.flatnonzero(table.case == case)[:5] for case in (1, 2, 3)])
+    table.where(np.isin(np.arange(len(table)), few)).save(tmp_path / "few.npz")
+    out = tmp_path / "out"
+    assert (
+        run(training_command, "--data", tmp_path / "few.npz", "--out", out, "--runs", tmp_path) == 0
+    )
+    assert len(InteractionClassifier.load(out / "interaction_cases.npz").classes) == 3
+    assert json.loads((out / "results.json").read_text())["left_out"] is None
+    said = capsys.readouterr().out
+    assert "3 cases, 15 segments\n" in said
+    assert "warning: nothing was left out, so nobody knows how well it does: segments: 2 of" in said
+    assert "nothing was left out" in (out / "training.md").read_text()
+
+
 def test_who_trusts_a_classifier_is_warned(segments: Path) -> None:
     table = SegmentTable.load(segments)
 
@@ -222,6 +240,11 @@ def test_learning_costs(tmp_path: Path) -> None:
         (training_command, ("--data", "nowhere.npz"), "--data nowhere.npz: cannot read"),
         (training_command, ("--data", "nowhere"), "sessions"),
         (evaluation_command, ("--data", "nowhere.yaml"), "--data nowhere.yaml"),
+        (
+            evaluation_command,
+            ("--data", "some.npz", "--live", "30"),
+            "--live 30 with --data some.npz",
+        ),
         (costs_command, ("--case", "21"), "1 to 20"),
         (costs_command, ("--data", "nowhere"), "nowhere"),
         (costs_command, ("--joints", "legs"), "one of all, arm"),

@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from hri_prediction.errors import ConfigError
 from hri_prediction.extras import check_networkx, check_scikit_learn
 from hri_prediction.ontology.classifier import COST
 from hri_prediction.results.options import Workers, make_folders, resumable
@@ -84,6 +85,12 @@ def evaluate_ontology(
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     origin = results_origin()
     extent = SMOKE_EXTENT if smoke else FULL_EXTENT
+    if data != SIMULATED and live:
+        raise ConfigError(
+            f"--live {live:g} with --data {data}",
+            expected="--live with simulated people",
+            hint="recorded ones do not move live: scripts/replay_mocap.py plays them to the monitor",
+        )
     if data != SIMULATED:  # what is of simulated people says nothing of these
         extent = replace(extent, truths=0, live=0.0)
     extent = replace(

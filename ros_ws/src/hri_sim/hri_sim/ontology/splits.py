@@ -10,6 +10,7 @@ from contextlib import closing
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import numpy as np
 
@@ -172,7 +173,8 @@ def do_splits(
 
 
 def _file(folder: Path, split: Split) -> Path:
-    who = f"_{split.who.replace(' ', '_')}" if split.who else ""
+    # "a b" and "a_b" are two people, and "a/b" is no folder.
+    who = f"_{quote(split.who, safe='')}" if split.who else ""
     return folder / f"{split.kind}_{split.labels}{who}_{split.seed}_{split.cost:g}.json"
 
 

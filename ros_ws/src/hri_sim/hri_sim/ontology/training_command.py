@@ -10,6 +10,7 @@ import numpy as np
 import typer
 from rich.console import Console
 
+from hri_prediction.errors import DataError
 from hri_prediction.extras import check_scikit_learn
 from hri_prediction.ontology.classifier import COST, InteractionClassifier, negative_log, train
 from hri_prediction.ontology.evaluation import half_of
@@ -120,9 +121,13 @@ def warnings(table: SegmentTable, found: dict[str, Any]) -> list[str]:
     return text
 
 
+def recognised(found: dict[str, Any] | None) -> str:
+    """What became of what was left out, in a few words; empty where nothing was."""
+    return f"; {found['what']}: {100 * found['recognised']:.1f} % recognised" if found else ""
+
+
 def report(content: dict[str, Any]) -> str:
     """The text of ``training.md``."""
-    found = content["left_out"]
     text = [
         "# Training of the interaction classifier\n",
         f"{origin_line(content['origin'])} Data: {content['data']}.\n",
@@ -130,6 +135,16 @@ def report(content: dict[str, Any]) -> str:
         f"{content['segments']:,} segments of {content['sessions']} recordings of {content['subjects']} "
         f"people, {content['cases']} cases. Support vector machine with a quadratic kernel, cost "
         f"{content['cost']:g}; slope of probabilities {content['slope']:.2f}.\n",
+        *_of_left_out(content["left_out"]),
+    ]
+    text += ["", *(f"**Warning**: {one}.\n" for one in content["warnings"])]
+    return "\n".join(text).rstrip() + "\n"
+
+
+def _of_left_out(found: dict[str, Any] | None) -> list[str]:
+    if found is None:
+        return []
+    text = [
         f"With {found['what']}: {100 * found['recognised']:.1f} % recognised; negative log probability of "
         f"the true case {found['negative_log']:.2f} (knowing nothing: {found['chance']:.2f}).\n",
         "| said to be likely | segments | mean of what was said | were so |",
@@ -141,8 +156,7 @@ def report(content: dict[str, Any]) -> str:
                 f"| {100 * row['sure_from']:.0f} to {100 * row['sure_to']:.0f} % | {row['segments']} | "
                 f"{100 * row['sure']:.0f} % | {100 * row['right']:.0f} % |"
             )
-    text += ["", *(f"**Warning**: {one}.\n" for one in content["warnings"])]
-    return "\n".join(text).rstrip() + "\n"
+    return text
 
 
 @app.command(context_settings={"help_option_names": ["-h", "--help"]})
@@ -178,7 +192,6 @@ def train_ontology(
         progress.say("recordings")
         table = table_of_data(data, study, seed, runs, workers or available_cores(), progress.count)
         progress.say("training")
-        found = left_out(table, cost, np.random.default_rng(seed))
         where = f"simulated dyads, seed {seed}" if data == SIMULATED else Path(data).name
         about = f"{len(table)} segments, {where}"
         model = train(
@@ -189,7 +202,15 @@ def train_ontology(
             rng=np.random.default_rng(seed),
             about=about,
         )
-    warned = warnings(table, found)
+        try:
+            found = left_out(table, cost, np.random.default_rng(seed))
+        except DataError as error:  # enough to learn from all, and not from half
+            found, warned = (
+                None,
+                [f"nothing was left out, so nobody knows how well it does: {error}"],
+            )
+        else:
+            warned = warnings(table, found)
     path = out / SHIPPED.name
     model.save(path)
     again = InteractionClassifier.load(path)
@@ -209,8 +230,7 @@ def train_ontology(
     write_json(out / FIGURES, content)
     (out / TEXT).write_text(report(content))
     console.print(
-        f"{path}: {len(again.classes)} cases, {len(table):,} segments; {found['what']}: "
-        f"{100 * found['recognised']:.1f} % recognised",
+        f"{path}: {len(again.classes)} cases, {len(table):,} segments{recognised(found)}",
         highlight=False,
         soft_wrap=True,
     )
