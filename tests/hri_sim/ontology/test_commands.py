@@ -14,9 +14,10 @@ from hri_prediction.ontology.costs import COSTS
 from hri_prediction.ontology.table import SegmentTable
 from hri_prediction.results.options import run_app
 from hri_sim.ontology import costs_command, evaluation_command, training_command
-from hri_sim.ontology.cosine import ALL_JOINTS, ARM, cosine_lines, seek_all
+from hri_sim.ontology.cosine import ALL_JOINTS, ARM, cosine_lines, cosine_results, seek_all
 from hri_sim.ontology.data import simulated_table
 from hri_sim.ontology.sessions import DyadStudy, sessions_of
+from hri_sim.tools import simulate_dyads
 
 
 @pytest.fixture(scope="module")
@@ -198,7 +199,12 @@ def test_known_costs_are_found_again(tmp_path: Path) -> None:
     assert np.median([one.cosines["known"] for one in found]) > 0.85
     # The chapter's bar; of all joints it takes more movements than these (docs/results/ontology.md).
     assert np.median([one.cosines["known"] for one in found if one.joints == ARM]) >= 0.95
+    wanted = [one.cosines["known"] >= 0.95 for one in found if one.joints == ARM]
+    assert cosine_results(found)["piirl_cosine_arm_share"] == pytest.approx(
+        np.mean(wanted), abs=1e-4
+    )
     text = "\n".join(cosine_lines(found, "of simulated dyads"))
+    assert f"| {100 * np.mean(wanted):.0f} % |" in text
     assert f"| {found[0].session.case} | {found[0].movements} | all |" in text
     # What is done is kept.
     files = sorted(tmp_path.iterdir())
@@ -232,6 +238,25 @@ def test_learning_costs(tmp_path: Path) -> None:
     whole = tmp_path / "all"
     assert run(costs_command, "--out", whole, "--joints", "all", *arguments) == 0
     assert "all joints" in load_costs(whole / "costs.json").about
+
+
+def test_costs_of_recordings_are_drawn_anew(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """How like those of other draws they are, and what cannot be learnt of recordings, is said."""
+    bags = tmp_path / "bags"
+    arguments = ("--case", 13, "--position", "frontal", "--encounters", 2)
+    assert run(simulate_dyads, "--out", bags, *arguments) == 0
+    out = tmp_path / "out"
+    arguments = ("--data", bags, "--samples", 8, "--joints", "all", "--workers", 1)
+    assert run(costs_command, "--out", out, *arguments) == 0
+    told = json.loads((out / "results.json").read_text())
+    assert 0.0 <= told["alike"]["case_13"] <= 1.0 + 1e-9
+    text, said = (out / "costs.md").read_text(), capsys.readouterr().out
+    assert "alike |" in text
+    assert "Nobody knows the costs of people who were recorded" in text
+    assert "--joints all of recordings" in said
+    assert all(one in text and one in said for one in told["warnings"])
 
 
 @pytest.mark.parametrize(

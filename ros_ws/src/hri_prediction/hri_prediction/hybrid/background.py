@@ -71,8 +71,12 @@ class Background:
         )
         theirs.close()
         self._wait_ready(setup)
-        for carry in (self._carry_there, self._carry_back):
-            threading.Thread(target=carry, name="hybrid", daemon=True).start()
+        self._carriers = [
+            threading.Thread(target=carry, name="hybrid", daemon=True)
+            for carry in (self._carry_there, self._carry_back)
+        ]
+        for carrier in self._carriers:
+            carrier.start()
 
     def _wait_ready(self, setup: Setup) -> None:
         ready = False
@@ -139,7 +143,12 @@ class Background:
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
-        self._connection.close()
+        # Nobody reads any more, so that both end. The number of a connection that is closed under a thread
+        # may be another's before the thread writes: it would write there.
+        for carrier in self._carriers:
+            carrier.join(_END_S)
+        if not any(carrier.is_alive() for carrier in self._carriers):
+            self._connection.close()
 
 
 def _work(connection: Connection) -> None:

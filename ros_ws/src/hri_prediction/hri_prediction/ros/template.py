@@ -53,10 +53,14 @@ class MessageTemplate:
 
     def __init__(self, message: Any) -> None:
         self._bytes = bytearray(serialize_message(message))
+        walk = _Walk(message)
         self.numbers: Mapping[str, NDArray[Any]] = {
             name: np.frombuffer(self._bytes, code, count, HEAD + offset)
-            for name, code, count, offset in _Walk(message).fields()
+            for name, code, count, offset in walk.fields()
         }
+        for begin, end in walk.gaps:
+            # The serializer leaves there what was in its memory; equal messages are to have equal bytes.
+            self._bytes[HEAD + begin : HEAD + end] = bytes(end - begin)
         for name, numbers in self.numbers.items():
             if not np.array_equal(numbers, np.ravel(_get(message, name)), equal_nan=True):
                 raise DataError(
@@ -107,11 +111,15 @@ class _Walk:
 
     Args:
         message: The message.
+
+    Attributes:
+        gaps: Begin and end of what is skipped so that numbers are aligned, as far as it went.
     """
 
     def __init__(self, message: Any) -> None:
         self._message = message
         self._offset = 0
+        self.gaps: list[tuple[int, int]] = []
 
     def fields(self) -> Iterator[tuple[str, str, int, int]]:
         """Name, numpy's code of the type, count and offset of each field of numbers."""
@@ -148,6 +156,8 @@ class _Walk:
     def _pass(self, size: int, count: int) -> int:
         """Go past numbers; where they are."""
         begin = -(-self._offset // size) * size
+        if begin > self._offset:
+            self.gaps.append((self._offset, begin))
         self._offset = begin + size * count
         return begin
 

@@ -55,8 +55,10 @@ def truth_of(
 ) -> FloatArray:
     """Weights of the costs that people of a case move by (26,).
 
-    A second of nearness costs the same whatever is near, times its share; unsmoothness counts
-    twenty times as much as the nearness that differs most among what might be done.
+    A second of nearness costs the same whatever is near, times its share: 1 for hands, and 1 for each
+    edge. Unsmoothness counts twenty times as much as the nearness that differs most among what might be
+    done beside the movements as they are given: beside those that are bent by these costs it is another
+    ratio.
 
     Args:
         case: Which.

@@ -21,7 +21,7 @@ def captured(movement: Movement, noise: float, rng: np.random.Generator) -> Move
     """A movement whose joints are reckoned from keypoints that were seen, and smoothed as recordings are.
 
     Args:
-        movement: With its true joints.
+        movement: With its true joints. The lengths of its body are taken as known.
         noise: Of each coordinate [m], of both people.
         rng: Draws it.
     """

@@ -51,6 +51,8 @@ SPREADS = {ALL_JOINTS: SPREAD, ARM: ARM_SPREAD}
 """How far movements are drawn that might have been, by the joints that might have moved otherwise."""
 LOOSE = 3.0
 """How far from the optimum those are who are not quite optimal, in multiples of 1 mm and 3 mrad."""
+WANTED = 0.95
+"""Of cosines, where joints are known."""
 KINDS = {
     "known": "joints known",
     "loose": "not quite optimal",
@@ -71,7 +73,8 @@ class Found:
         cosines: Between true and learnt weights of nearness, for each of :data:`KINDS`: of the joints that
             people moved by; of movements drawn around the optimal ones; of joints that were reckoned from
             keypoints with the noise of motion capture.
-        agreement: Correlation of true and learnt nearness costs among what might have been done, for each.
+        agreement: Cosine, about zero, of true and learnt nearness costs of what might have been done beside
+            what was, for each.
         flat: The same of weights that are all equal: what no learning has.
         movements: So many were learnt from.
     """
@@ -94,9 +97,13 @@ def nearness_cosine(truth: FloatArray, found: Learnt) -> float:
 def draw_truth(
     movements: Sequence[Movement], spread: FloatArray, rng: np.random.Generator
 ) -> FloatArray:
-    """Weights (26,) of which a few count, each some twentieth of smoothness, among what might be done."""
+    """Weights (26,) of which a few count, each some twentieth of smoothness, among what might be done.
+
+    Only nearness that differs there by more than a tenth of that which differs most is drawn. Movements are
+    those that are yet to be bent.
+    """
     scale = cost_scale(movements[:10], rng, spread)
-    # Of what can be told apart: parts that hardly move, or are far, cost the same whatever is done.
+    # Parts that hardly move, or are far, cost the same whatever is done.
     known = np.flatnonzero(scale[:COUNT] > 0.1 * scale[:COUNT].max())
     chosen = rng.choice(known, min(CHOSEN, len(known)), replace=False)
     truth = np.zeros(NUMBER)
@@ -218,7 +225,13 @@ def cosine_results(sought: Sequence[Found]) -> dict[str, float | None]:
             cosines = [one.cosines[kind] for one in own]
             found[f"piirl_cosine{name}"] = round(float(np.median(cosines)), 4)
             found[f"piirl_cosine{name}_least"] = round(min(cosines), 4)
+            found[f"piirl_cosine{name}_share"] = round(_share(cosines), 4)
     return found
+
+
+def _share(cosines: Sequence[float]) -> float:
+    """How many are as wanted, as a share."""
+    return float(np.mean(np.array(cosines) >= WANTED))
 
 
 def cosine_lines(sought: Sequence[Found], about: str) -> list[str]:
@@ -234,30 +247,27 @@ def cosine_lines(sought: Sequence[Found], about: str) -> list[str]:
         "learnt from them: a test of the method by itself, not of people. Cosines are between true and "
         "learnt weights of nearness alone, each times how much its cost differs among what might be done "
         "(with unsmoothness, which is always found, they would be near 1 though no nearness was); wanted "
-        "0.95, of joints that are known. Agreement is the correlation of true and learnt costs of nearness "
-        "among what might be done; that of equal weights says what no learning has: nearness of one part "
-        "is so much like that of the next that many weights are nearly the same cost. Not quite optimal: "
-        f"drawn around the optimum, {LOOSE:g} mm and {3 * LOOSE:g} mrad. As motion capture sees it: joints "
-        "reckoned from four keypoints with noise, smoothed as recordings are.\n",
-        "| what moves otherwise | bent by | learnt from | cosine: median | least | agreement: median | "
-        "least | of equal weights |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- |",
+        f"{WANTED:g}, of joints that are known. Agreement is the cosine of true and learnt costs of "
+        "nearness of what might be done, beside what is done; that of equal weights says what no learning "
+        "has: nearness of one part is so much like that of the next that many weights are nearly the same "
+        f"cost. Not quite optimal: drawn around the optimum, {LOOSE:g} mm and {3 * LOOSE:g} mrad. As "
+        "motion capture sees it: joints reckoned from four keypoints with noise, smoothed as recordings "
+        "are.\n",
+        f"| what moves otherwise | bent by | learnt from | cosine: median | least | {WANTED:g} or more | "
+        "agreement: median | least | of equal weights |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for joints in SPREADS:
         own = [one for one in sought if one.joints == joints]
         bend = 100.0 * float(np.median([one.bend for one in own]))
         flat = float(np.median([one.flat for one in own]))
         for kind, words in KINDS.items():
-            values = [
-                f"{value:.3f}"
-                for numbers in (
-                    [one.cosines[kind] for one in own],
-                    [one.agreement[kind] for one in own],
-                )
-                for value in (float(np.median(numbers)), min(numbers))
-            ]
+            cosines = [one.cosines[kind] for one in own]
+            agreement = [one.agreement[kind] for one in own]
             text.append(
-                f"| {joints} | {bend:.1f} cm | {words} | {' | '.join(values)} | {flat:.3f} |"
+                f"| {joints} | {bend:.1f} cm | {words} | {np.median(cosines):.3f} | {min(cosines):.3f} | "
+                f"{100 * _share(cosines):.0f} % | {np.median(agreement):.3f} | {min(agreement):.3f} | "
+                f"{flat:.3f} |"
             )
     head = " | ".join(f"cosine, {words}" for words in KINDS.values())
     text += [

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,10 +14,11 @@ from rich.console import Console
 
 from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.ontology.cases import find_case
-from hri_prediction.ontology.cost_file import LearntCosts
+from hri_prediction.ontology.cost_file import CaseCosts, LearntCosts
 from hri_prediction.ontology.costs import COSTS, LENGTH_M
 from hri_prediction.ontology.features import COUNT
 from hri_prediction.ontology.movements import PENALTY, SAMPLES
+from hri_prediction.ontology.piirl import cosine
 from hri_prediction.ontology.recordings import RecordedSession, read_sessions
 from hri_prediction.results.options import Workers, make_folders, resumable
 from hri_prediction.results.origin import available_cores, origin_line, results_origin
@@ -40,6 +43,17 @@ BENT = "movements of simulated dyads, bent to be optimal for costs set by hand"
 KNOWN = (
     "Movements were bent to be optimal for costs that are set by hand, of their case's edges; cosine: "
     "between these and what was learnt, of nearness alone, both scaled."
+)
+
+REDRAWN = 4
+"""So often what might have been done besides what was recorded is drawn anew."""
+ALIKE = 0.9
+"""Weights of which those of another draw are less like than this (cosine) hang on what was drawn."""
+RECORDED = (
+    "Nobody knows the costs of people who were recorded. Of simulated people, seen as motion capture sees "
+    "them, costs of nearness are found little better than equal weights would have them, and which parts "
+    "they are of is not: take these as a cost as a whole, not as a list of what people look at. Alike: the "
+    f"least cosine to weights of nearness of {REDRAWN} further draws of what might have been done, scaled."
 )
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
@@ -78,32 +92,49 @@ def draw_all_costs(path: Path, costs: LearntCosts) -> None:
     plt.close(figure)
 
 
-def report(costs: LearntCosts, origin: dict[str, Any]) -> str:
-    """The text of ``costs.md``."""
+def report(
+    costs: LearntCosts, origin: dict[str, Any], alike: Mapping[str, float], warned: Sequence[str]
+) -> str:
+    """The text of ``costs.md``.
+
+    Args:
+        costs: What was learnt.
+        origin: Of it.
+        alike: How like those of other draws they are, by case, of people who were recorded.
+        warned: What their user should know first.
+    """
     text = [
         "# By which costs people move beside each other\n",
         f"{origin_line(origin)} {costs.about}.\n",
         "Path-integral inverse reinforcement learning: what people did, beside what they might have done. "
-        "The scale of weights means nothing, their directions do. Each cost with its share of the scaled "
-        "weights.\n",
-        *cost_table(costs),
+        "The scale of weights means nothing. Each cost with its share of the scaled weights.\n",
+        *cost_table(costs, alike),
+        *(["", RECORDED] if alike else []),
+        *(f"\n**Warning**: {one}." for one in warned),
     ]
     return "\n".join([*text, "", f"![Weights]({PICTURE})", ""])
 
 
-def cost_table(costs: LearntCosts) -> list[str]:
-    """Which costs count in each case, by their shares of the scaled weights."""
+def cost_table(costs: LearntCosts, alike: Mapping[str, float] | None = None) -> list[str]:
+    """Which costs count in each case, by their shares of the scaled weights.
+
+    Args:
+        costs: What was learnt.
+        alike: How like those of other draws they are, by case; of none: not told.
+    """
     known = any(one.cosine is not None for one in costs.cases.values())
+    more = (" cosine |" if known else "") + (" alike |" if alike else "")
     text = [
-        "| case | movements | costs that count |" + (" cosine |" if known else ""),
-        "| --- | --- | --- |" + (" --- |" if known else ""),
+        "| case | movements | costs that count |" + more,
+        "| --- | --- | --- |" + " --- |" * more.count("|"),
     ]
     for name, one in costs.cases.items():
         shares = one.scaled / max(float(one.scaled.sum()), 1e-300)
         order = [int(k) for k in np.argsort(-shares) if shares[k] >= 0.01]
         words = ", ".join(f"{k + 1} {COSTS[k]} {100 * shares[k]:.0f} %" for k in order)
-        cosine = "" if one.cosine is None else f" {one.cosine:.3f} |"
-        text.append(f"| {name} | {one.movements} | {words or 'none'} |{cosine}")
+        truth = "" if one.cosine is None else f" {one.cosine:.3f} |"
+        again = f" {alike[name]:.2f} |" if alike else ""
+        text.append(f"| {name} | {one.movements} | {words or 'none'} |{truth}{again}")
     if known:
         text += ["", KNOWN]
     return text
@@ -191,28 +222,71 @@ def learn(
     with resumable(console, runs if data == SIMULATED else None), ProgressLine(console) as progress:
         progress.say("cases")
         told = do_cases(jobs, runs, workers or available_cores(), progress.count)
+        others: list[dict[str, CaseCosts | None]] = []
+        if data != SIMULATED:
+            progress.say("the same, drawn anew")
+            draws = [[replace(job, seed=job.seed + 1 + k) for job in jobs] for k in range(REDRAWN)]
+            others = [
+                do_cases(anew, runs, workers or available_cores(), progress.count) for anew in draws
+            ]
     ordered = {name: one for name, one in told.items() if one is not None}
     for name in told.keys() - ordered.keys():
         console.print(f"{name}: no movement of which all of both arms is seen", highlight=False)
     if not ordered:
         raise DataError(f"--data {data}: nothing to learn from")
-    for name, one in ordered.items():
-        if not one.weights[:COUNT].any():
-            console.print(
-                f"warning: {name}: no nearness was found to be avoided, in {one.movements} movements; the "
-                "planner refuses it",
-                highlight=False, soft_wrap=True,
-            )  # fmt: skip
+    alike = {
+        name: min(_alike(one, other[name]) for other in others)
+        for name, one in ordered.items()
+        if others
+    }
+    warned = list(_warnings(ordered, alike, joints))
+    for text in warned:
+        console.print(f"warning: {text}", highlight=False, soft_wrap=True)
     about += f"; {'arm alone' if joints == ARM else 'all joints'}, penalty {penalty:g}"
     costs = LearntCosts(ordered, LENGTH_M, about)
     costs.save(out / FILE, origin=origin)
     write_json(
         out / FIGURES,
-        {"origin": origin, "cases": {name: one.scaled.tolist() for name, one in ordered.items()}},
+        {
+            "origin": origin,
+            "cases": {name: one.scaled.tolist() for name, one in ordered.items()},
+            "alike": alike,
+            "warnings": warned,
+        },
     )
-    (out / TEXT).write_text(report(costs, origin))
+    (out / TEXT).write_text(report(costs, origin, alike, warned))
     draw_costs(out / PICTURE, costs)
     console.print(f"{out / FILE}: {', '.join(ordered)}", highlight=False, soft_wrap=True)
+
+
+def _alike(one: CaseCosts, other: CaseCosts | None) -> float:
+    """Cosine of the weights of nearness, scaled; 0 where one of them has none."""
+    if other is None:
+        return 0.0
+    first, second = one.scaled[:COUNT], other.scaled[:COUNT]
+    return cosine(first, second) if first.any() and second.any() else 0.0
+
+
+def _warnings(
+    found: Mapping[str, CaseCosts], alike: Mapping[str, float], joints: str
+) -> Iterator[str]:
+    """What whoever uses the costs should know first."""
+    if alike and joints != ARM:
+        yield (
+            f"--joints {joints} of recordings: joints of the trunk do not follow from keypoints of an arm, "
+            "and of simulated people what is found is worse than equal weights; use --joints arm"
+        )
+    for name, one in found.items():
+        if not one.weights[:COUNT].any():
+            yield (
+                f"{name}: no nearness was found to be avoided, in {one.movements} movements; the planner "
+                "refuses it"
+            )
+        elif name in alike and alike[name] < ALIKE:
+            yield (
+                f"{name}: the weights hang on what was drawn (cosine {alike[name]:.2f} between two draws); "
+                "more recordings, or more --samples, may mend that"
+            )
 
 
 def _recorded(
