@@ -202,13 +202,11 @@ def train_ontology(
             rng=np.random.default_rng(seed),
             about=about,
         )
+        found: dict[str, Any] | None = None
         try:
             found = left_out(table, cost, np.random.default_rng(seed))
         except DataError as error:  # enough to learn from all, and not from half
-            found, warned = (
-                None,
-                [f"nothing was left out, so nobody knows how well it does: {error}"],
-            )
+            warned = [f"nothing was left out, so nobody knows how well it does: {error}"]
         else:
             warned = warnings(table, found)
     path = out / SHIPPED.name
