@@ -98,8 +98,10 @@ def test_wrong_fields_and_lengths_are_refused() -> None:
     template = MessageTemplate(JointState(name=["a"], position=[0.0]))
     with pytest.raises(KeyError, match="speed"):
         template.write(speed=1.0)
-    with pytest.raises(ValueError, match="broadcast"):
+    with pytest.raises(ValueError, match="2 numbers for position, which has 1"):
         template.write(position=[1.0, 2.0])
+    with pytest.raises(ValueError, match="1 numbers for keypoints, which has 12"):
+        MessageTemplate(HumanArm()).write(keypoints=0.0)
 
 
 def test_nested_messages_and_sequences_of_them() -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from hri_sim.launch.precedence import NICENESS, OTHERS, yield_to_others
+from hri_sim.launch.precedence import NICENESS, OTHERS
 from hri_sim.launch.supervisor import NodeSpec, Supervisor
 
 
@@ -19,7 +19,6 @@ def _installed(folder: Path, name: str) -> NodeSpec:
     path.write_text(
         f"#!{sys.executable}\n"
         "import os, threading, time\n"
-        "time.sleep(0.3)\n"
         "say = lambda: print(os.getpriority(os.PRIO_PROCESS, 0), flush=True)\n"
         "threading.Thread(target=say).start()\n"  # of the thread that asks
         "time.sleep(60)\n"
@@ -45,14 +44,9 @@ def test_what_stands_for_the_world_goes_first_and_planning_last(
         nodes.kill("ptomp")
         nodes.start_again("ptomp")
         assert os.getpriority(os.PRIO_PROCESS, nodes.pids["ptomp"]) - own == OTHERS
-
-
-def test_a_process_that_has_ended_is_no_trouble() -> None:
-    pid = os.fork()
-    if pid == 0:
-        os._exit(0)
-    os.waitpid(pid, 0)
-    yield_to_others("ptomp", pid)
+        # Where the kernel shares processors among sessions, those of one session are weighed.
+        assert {os.getsid(pid) for pid in nodes.pids.values()} == {os.getsid(0)}
+        assert os.getpgid(0) not in {os.getpgid(pid) for pid in nodes.pids.values()}
 
 
 def test_all_that_are_named_are_nodes() -> None:

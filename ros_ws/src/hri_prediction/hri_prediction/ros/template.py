@@ -31,7 +31,7 @@ HEAD = 4
 KEPT = 16
 """Templates of one topic that are kept."""
 _CODES = {
-    "boolean": "?", "octet": "u1", "uint8": "u1", "int8": "i1", "uint16": "u2", "int16": "i2",
+    "boolean": "?", "uint8": "u1", "int8": "i1", "uint16": "u2", "int16": "i2",
     "uint32": "u4", "int32": "i4", "uint64": "u8", "int64": "i8", "float": "f4", "double": "f8",
 }  # fmt: skip
 
@@ -82,7 +82,10 @@ class MessageTemplate:
             ValueError: when there are more, or fewer, numbers than in the message at first.
         """
         for name, values in numbers.items():
-            self.numbers[name][:] = values
+            field = self.numbers[name]
+            if np.size(values) != field.size:
+                raise ValueError(f"{np.size(values)} numbers for {name}, which has {field.size}")
+            field[:] = values
 
     def encoded(self) -> bytes:
         """The message as it is sent."""

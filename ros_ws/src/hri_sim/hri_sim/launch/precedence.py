@@ -8,9 +8,6 @@ enough, nobody yields.
 
 from __future__ import annotations
 
-import contextlib
-import os
-
 NICENESS = {
     "simulator": 0,
     "person": 0,
@@ -25,16 +22,8 @@ NICENESS = {
 """Niceness of node processes above that of who launches them, by executable."""
 OTHERS = 4
 """That of all others: planners, policies, adaptation, and who says what case of interaction it is."""
-_NICEST = 19
 
 
-def yield_to_others(executable: str, pid: int) -> None:
-    """Give a process that has just been started its place.
-
-    Args:
-        executable: Which node it is.
-        pid: Its process, of one thread as yet: on Linux each thread has a niceness, given by who starts it.
-    """
-    own = os.getpriority(os.PRIO_PROCESS, 0)
-    with contextlib.suppress(ProcessLookupError):  # it has ended already, which is told elsewhere
-        os.setpriority(os.PRIO_PROCESS, pid, min(own + NICENESS.get(executable, OTHERS), _NICEST))
+def niceness(executable: str) -> int:
+    """How much nicer than who launches it a node is."""
+    return NICENESS.get(executable, OTHERS)

@@ -21,7 +21,7 @@ import yaml
 
 from hri_prediction.errors import GraphError
 from hri_sim.launch.folder import LOGS, PARAMETERS
-from hri_sim.launch.precedence import yield_to_others
+from hri_sim.launch.precedence import niceness
 
 _PR_SET_PDEATHSIG = 1
 STOP_TIMEOUT_S = 5.0
@@ -130,6 +130,12 @@ def die_with(parent: int) -> None:
         os._exit(1)
 
 
+def _begin(parent: int, more: int) -> None:
+    """In the child, before it is the node: :func:`die_with`; and its niceness, and its threads'."""
+    die_with(parent)
+    os.nice(more)
+
+
 class Supervisor:
     """Node processes of one run.
 
@@ -211,11 +217,11 @@ class Supervisor:
                 stdout=log,
                 stderr=subprocess.STDOUT,
                 env=self._environment,
-                # Ctrl-C reaches only the supervisor, which stops the nodes in order.
-                start_new_session=True,
-                preexec_fn=functools.partial(die_with, os.getpid()),
+                # Ctrl-C reaches only the supervisor, which stops the nodes in order. In sessions of their
+                # own, niceness would mean nothing where the kernel shares processors among sessions.
+                process_group=0,
+                preexec_fn=functools.partial(_begin, os.getpid(), niceness(spec.executable)),
             )
-        yield_to_others(spec.executable, self._processes[spec.label].pid)
         self._specs.setdefault(spec.label, spec)
 
     def last_words(self, label: str, lines: int = 8) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import gc
 import json
 import re
@@ -9,6 +10,7 @@ import signal
 import sys
 import time
 from dataclasses import dataclass
+from operator import itemgetter
 from types import FrameType
 from typing import Any
 
@@ -102,6 +104,7 @@ class RecorderNode(HriNode):
         )
         self._exclude = re.compile(self._config.exclude) if self._config.exclude else None
         self._recorded: dict[str, RecordedTopic] = {}
+        self._taken: list[tuple[int, RecordedTopic, bytes, dict[str, Any]]] = []
         self._ignored: set[str] = set()
         self._unknown: dict[str, str] = {}
         self._known_troubles: set[str] = set()
@@ -207,7 +210,7 @@ class RecorderNode(HriNode):
             message_class(recorded.info.type), name, recorded.take, profile, raw=True
         )
         if self._log_time is None:
-            self.poll(subscription, recorded.take)
+            self.poll(subscription, functools.partial(self._keep, recorded))
         # The events executor of Jazzy calls a callback with message info with one argument, which
         # rclpy's own check of signatures takes for a callback without: hence set by hand.
         subscription._callback_type = Subscription.CallbackType.WithMessageInfo
@@ -215,6 +218,16 @@ class RecorderNode(HriNode):
         if previous is not None:
             self.take()
             self.destroy_subscription(previous)
+
+    def _keep(self, recorded: RecordedTopic, data: bytes, info: dict[str, Any]) -> None:
+        self._taken.append((info["received_timestamp"], recorded, data, info))
+
+    def take(self) -> None:
+        """Take what has come, of all topics in the order of their receipt: that of an unclosed bag."""
+        super().take()
+        taken, self._taken = self._taken, []
+        for _, recorded, data, info in sorted(taken, key=itemgetter(0)):
+            recorded.take(data, info)
 
     # ------------------------------------------------------------------ health
     def _lost_in_transport(self) -> dict[str, int]:

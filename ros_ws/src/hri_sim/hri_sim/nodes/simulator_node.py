@@ -104,7 +104,8 @@ class SimulatorNode(HriNode):
             ControllerState, "joint_trajectory_controller/reference", SENSOR
         )
         # Three messages of each period, whose numbers alone are new.
-        names, zeros = list(self._simulation.robot.joint_names), flat(self._simulation.q)
+        names = list(self._simulation.robot.joint_names)
+        zeros = flat(np.zeros(len(names)))
         header = Header(frame_id=WORLD)
         self._robot_template = templates(
             lambda: JointState(name=names, position=zeros, velocity=zeros, effort=zeros)
