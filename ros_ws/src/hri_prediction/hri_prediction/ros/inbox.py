@@ -10,7 +10,7 @@ Handler = Callable[[Any], None]
 
 
 class Inbox:
-    """Keeps messages for a tick: of each topic no more than the middleware would, the newest.
+    """Keeps messages for a tick: of each topic as many as were asked for, the newest.
 
     Attributes:
         dropped: Messages that newer ones have pushed out, by topic.
