@@ -114,6 +114,9 @@ def test_nested_messages_and_sequences_of_them() -> None:
     status = DiagnosticStatus(name="n", values=[KeyValue(key="k", value="value")])
     array = DiagnosticArray(header=Header(frame_id="abc"), status=[status, status])
     assert set(MessageTemplate(array).numbers) == {"header.stamp.sec", "header.stamp.nanosec"}
+    level = DiagnosticStatus(level=b"\x02", name="n")
+    assert not MessageTemplate(level).numbers
+    assert deserialize_message(MessageTemplate(level).encoded(), DiagnosticStatus) == level
 
 
 def test_equal_messages_have_equal_bytes(monkeypatch: pytest.MonkeyPatch) -> None:

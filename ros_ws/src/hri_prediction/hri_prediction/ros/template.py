@@ -44,8 +44,8 @@ class MessageTemplate:
 
     Attributes:
         numbers: Views of the bytes by field, ``"header.stamp.sec"`` or ``"position"``: arrays of the
-            field's type and length, of length 1 for a single number. Fields of sequences of messages
-            are not among them.
+            field's type and length, of length 1 for a single number. Bytes ("octet"), and fields of
+            sequences of messages, are not among them.
 
     Raises:
         DataError: when the middleware does not encode the message as plain CDR.
@@ -58,7 +58,8 @@ class MessageTemplate:
             name: np.frombuffer(self._bytes, code, count, HEAD + offset)
             for name, code, count, offset in walk.fields()
         }
-        for begin, end in walk.gaps:
+        # Behind the last field there may be room that was reckoned with and not needed.
+        for begin, end in (*walk.gaps, (walk.offset, len(self._bytes) - HEAD)):
             # The serializer leaves there what was in its memory; equal messages are to have equal bytes.
             self._bytes[HEAD + begin : HEAD + end] = bytes(end - begin)
         for name, numbers in self.numbers.items():
@@ -117,11 +118,12 @@ class _Walk:
 
     Attributes:
         gaps: Begin and end of what is skipped so that numbers are aligned, as far as it went.
+        offset: Where it is.
     """
 
     def __init__(self, message: Any) -> None:
         self._message = message
-        self._offset = 0
+        self.offset = 0
         self.gaps: list[tuple[int, int]] = []
 
     def fields(self) -> Iterator[tuple[str, str, int, int]]:
@@ -135,17 +137,19 @@ class _Walk:
             yield from self._of_value(prefix + name, kind, getattr(message, name))
 
     def _of_value(self, name: str, kind: Any, value: Any) -> Iterator[tuple[str, str, int, int]]:
-        if isinstance(kind, BasicType):
+        if isinstance(kind, BasicType) and kind.typename == "octet":
+            self._pass(1, 1)
+        elif isinstance(kind, BasicType):
             yield self._numbers(name, kind, 1)
         elif isinstance(kind, AbstractString):
             self._pass(4, 1)
-            self._offset += len(str(value).encode()) + 1
+            self.offset += len(str(value).encode()) + 1
         elif isinstance(kind, NamespacedType):
             yield from self._of_message(f"{name}.", value)
         elif isinstance(kind, AbstractNestedType):
             if isinstance(kind, AbstractSequence) and not isinstance(kind, Array):
                 self._pass(4, 1)
-            if isinstance(kind.value_type, BasicType):
+            if isinstance(kind.value_type, BasicType) and kind.value_type.typename != "octet":
                 if len(value):
                     yield self._numbers(name, kind.value_type, len(value))
                 return
@@ -158,10 +162,10 @@ class _Walk:
 
     def _pass(self, size: int, count: int) -> int:
         """Go past numbers; where they are."""
-        begin = -(-self._offset // size) * size
-        if begin > self._offset:
-            self.gaps.append((self._offset, begin))
-        self._offset = begin + size * count
+        begin = -(-self.offset // size) * size
+        if begin > self.offset:
+            self.gaps.append((self.offset, begin))
+        self.offset = begin + size * count
         return begin
 
     def _numbers(self, name: str, kind: BasicType, count: int) -> tuple[str, str, int, int]:

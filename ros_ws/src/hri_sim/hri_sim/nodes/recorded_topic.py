@@ -42,7 +42,7 @@ class RecordedTopic:
     def take(self, taken: Any, info: dict[str, Any] | None = None) -> None:
         """Queue one message.
 
-        On simulated time, the events executor hands (message, info) over as one argument, all others as two.
+        The events executor, on simulated time, hands (message, info) over as one argument, others as two.
         """
         data, info = taken if info is None else (taken, info)
         self.received += 1
