@@ -11,6 +11,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import psutil
+import rclpy
+from rclpy.context import Context
+from rclpy.experimental.events_executor import EventsExecutor
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+
+from hri_prediction.ros.qos import SENSOR
 
 NODES = (
     "simulator", "person", "predictor", "ptomp", "policy", "recorder", "adaptation", "observer",
@@ -79,3 +86,26 @@ def addresses(node: psutil.Process) -> set[str]:
             break
         time.sleep(0.1)
     return found
+
+
+def wait_until_moving(launched: Launched, speed: float = 0.3, timeout_s: float = 60.0) -> None:
+    """Until a joint is faster than this [rad/s], heard on the graph itself."""
+    context = Context()
+    rclpy.init(context=context, domain_id=launched.domain)
+    node = Node("watcher", context=context)
+    executor = EventsExecutor(context=context)
+    executor.add_node(node)
+    seen: list[float] = [0.0]
+    node.create_subscription(
+        JointState, "/joint_states", lambda m: seen.append(max(map(abs, m.velocity))), SENSOR
+    )
+    end = time.monotonic() + timeout_s
+    try:
+        while max(seen) < speed:
+            executor.spin_once(timeout_sec=0.05)
+            assert launched.process.poll() is None, launched.text
+            assert time.monotonic() < end, launched.text
+    finally:
+        executor.shutdown()
+        node.destroy_node()
+        rclpy.try_shutdown(context=context)

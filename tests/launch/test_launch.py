@@ -14,21 +14,16 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
-import rclpy
-from launched import Launched, addresses
+from launched import Launched, addresses, wait_until_moving
 from mcap_ros2.reader import read_ros2_messages
-from rclpy.context import Context
-from rclpy.experimental.events_executor import EventsExecutor
-from rclpy.node import Node
 from rosbags.rosbag2 import Reader
-from sensor_msgs.msg import JointState
 from typer.testing import CliRunner
 
 from hri_prediction.bags.reader import BagReader
 from hri_prediction.bags.salvage import salvage
 from hri_prediction.bags.structure import is_closed
 from hri_prediction.errors import HriError
-from hri_prediction.ros.qos import SENSOR
+from hri_prediction.ros.messages import ControllerState
 from hri_prediction.ros.this_machine import CHOICES
 from hri_prediction.ros.time import to_ns
 from hri_sim.launch.ptomp import app
@@ -61,27 +56,11 @@ def assert_at_rest_within(bag: Path, since_s: float, limit_ms: float) -> float:
     return float(took)
 
 
-def wait_until_moving(launched: Launched, speed: float = 0.3, timeout_s: float = 60.0) -> None:
-    """Until a joint is faster than this [rad/s], heard on the graph itself."""
-    context = Context()
-    rclpy.init(context=context, domain_id=launched.domain)
-    node = Node("watcher", context=context)
-    executor = EventsExecutor(context=context)
-    executor.add_node(node)
-    seen: list[float] = [0.0]
-    node.create_subscription(
-        JointState, "/joint_states", lambda m: seen.append(max(map(abs, m.velocity))), SENSOR
-    )
-    end = time.monotonic() + timeout_s
-    try:
-        while max(seen) < speed:
-            executor.spin_once(timeout_sec=0.05)
-            assert launched.process.poll() is None, launched.text
-            assert time.monotonic() < end, launched.text
-    finally:
-        executor.shutdown()
-        node.destroy_node()
-        rclpy.try_shutdown(context=context)
+def was_slowed(bag: Path) -> bool:
+    """Whether the controller ever held a motion back: a plan or a heartbeat was late on a busy machine."""
+    messages = BagReader(bag).messages({"/joint_trajectory_controller/reference"})
+    states = [message.decode() for message in messages]
+    return any(m.state != ControllerState.IDLE and m.speed_scale < 0.999 for m in states)
 
 
 def nodes_of_moving_robot(launched: Launched) -> dict[str, psutil.Process]:
@@ -114,7 +93,8 @@ def test_a_run_from_start_to_end(launch: Launch) -> None:
     (reach,) = summary["reaches"]
     assert reach["goal_error_m"] <= 0.01
     assert reach["min_clearance_m"] > 0.0
-    assert reach["max_handover_jump_rad"] < 1e-3
+    # Plans meet; those that were made while the robot was slowed, for want of one in time, by a blend.
+    assert reach["max_handover_jump_rad"] < (5e-3 if was_slowed(run.out / "bag") else 1e-3)
     assert summary["prediction_rate_hz"] >= 25.0
     assert summary["mocap_rate_hz"] == pytest.approx(250.0, rel=0.05)
     assert (run.out / "picture.png").stat().st_size > 10_000
