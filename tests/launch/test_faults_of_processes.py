@@ -62,4 +62,5 @@ def test_a_line(fault: Fault, stays: dict[str, Stays], keep: Path, tmp_path: Pat
     assert missed <= {TOUCHED.key}, said
     if missed:
         came_at = result.worst(CAME_AT)
-        assert came_at is not None and came_at <= CONTACT_SPEED, f"came at them with {came_at} m/s\n{said}"
+        assert came_at is not None
+        assert came_at <= CONTACT_SPEED, f"came at them with {came_at} m/s\n{said}"
