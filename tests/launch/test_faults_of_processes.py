@@ -8,9 +8,7 @@ from pathlib import Path
 import pytest
 
 from hri_sim.faults.catalogue import FAULTS
-from hri_sim.faults.motion import CAME_AT, TOUCHED
 from hri_sim.faults.sources import MOCAP_LIVE
-from hri_sim.launch.separation import CONTACT_SPEED
 from hri_sim.reliability.fault import Fault, Place, Result, Stays
 
 NAMES = (
@@ -55,12 +53,4 @@ def test_a_line(fault: Fault, stays: dict[str, Stays], keep: Path, tmp_path: Pat
     if fault.name.endswith(MOCAP_LIVE):
         pytest.importorskip("qtm_rt")
     result = Result(fault, tuple(fault.measure([0], place)))
-    missed = {figure.key for figure in fault.figures if result.missed(figure)}
-    said = "\n".join(result.misses())
-    # People do not see the robot. How often one of them meets it the whole table says, once in some hundred
-    # repetitions; here, that it comes at nobody faster than launched runs let it creep.
-    assert missed <= {TOUCHED.key}, said
-    if missed:
-        came_at = result.worst(CAME_AT)
-        assert came_at is not None
-        assert came_at <= CONTACT_SPEED, f"came at them with {came_at} m/s\n{said}"
+    assert result.met, "\n".join(result.misses())

@@ -18,22 +18,23 @@ def test_a_node_that_is_killed_is_started_again(launch: Launch) -> None:
     """Of three reaches each, it is killed in the first: one run for all, as most of one is its start."""
     count = 3 * len(KILLED)
     run = launch("--reaches", str(count), "--seed", "100", "--on-death", "restart")
-    spoilt: set[int] = set()
+    spoilt: list[set[int]] = []
     for name, first in KILLED.items():
         run.wait_for(f"reach {first}/{count} ·", 60.0)
         wait_until_moving(run)
         run.nodes()[name].kill()
         ended = f"node {name} was ended by SIGKILL; it is started again"
         run.wait_for(ended, 5.0)
-        # It is told now and then which reach it is: the one it was, or one that has begun since.
+        # It is told now and then which reach it is: it was that one, or the one that has begun since.
         newest = int(re.findall(rf"reach (\d+)/{count}", run.text.split(ended)[0])[-1])
-        spoilt |= {newest, newest + 1}
+        spoilt.append({newest, newest + 1})
     assert run.end(150.0) in (0, 3), run.text
     reaches = json.loads((run.out / "summary.json").read_text())["reaches"]
-    # What came of those reaches says the summary; the others are as ever.
-    others = [r["outcome"] for n, r in enumerate(reaches, 1) if n not in spoilt]
     assert len(reaches) == count
-    assert others == ["reached"] * len(others), run.text
+    # What came of those reaches says the summary; the others are as ever.
+    missed = {n for n, reach in enumerate(reaches, 1) if reach["outcome"] != "reached"}
+    assert missed <= set().union(*spoilt), run.text
+    assert all(len(missed & either) <= 1 for either in spoilt), run.text
     assert "Traceback" not in run.text
     assert (run.out / "bag_2" / "metadata.yaml").exists()
 
