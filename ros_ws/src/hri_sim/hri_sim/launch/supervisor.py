@@ -21,6 +21,7 @@ import yaml
 
 from hri_prediction.errors import GraphError
 from hri_sim.launch.folder import LOGS, PARAMETERS
+from hri_sim.launch.precedence import niceness
 
 _PR_SET_PDEATHSIG = 1
 STOP_TIMEOUT_S = 5.0
@@ -129,6 +130,12 @@ def die_with(parent: int) -> None:
         os._exit(1)
 
 
+def _begin(parent: int, more: int) -> None:
+    """In the child, before it is the node: :func:`die_with`; and its niceness, and its threads'."""
+    die_with(parent)
+    os.nice(more)
+
+
 class Supervisor:
     """Node processes of one run.
 
@@ -210,10 +217,10 @@ class Supervisor:
                 stdout=log,
                 stderr=subprocess.STDOUT,
                 env=self._environment,
-                # Ctrl-C reaches only the supervisor, which stops the nodes in order. Not sessions of their
-                # own: a kernel that shares processors among sessions delays samples by half as much again.
+                # Ctrl-C reaches only the supervisor, which stops the nodes in order. In sessions of their
+                # own, niceness would mean nothing where the kernel shares processors among sessions.
                 process_group=0,
-                preexec_fn=functools.partial(die_with, os.getpid()),
+                preexec_fn=functools.partial(_begin, os.getpid(), niceness(spec.executable)),
             )
         self._specs.setdefault(spec.label, spec)
 
