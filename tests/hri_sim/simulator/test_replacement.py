@@ -132,7 +132,7 @@ def test_a_plan_that_was_timed_for_another_speed_is_refused_while_slowed(off_s, 
 
 
 @pytest.mark.parametrize("rate", [0.1, 0.5])
-@pytest.mark.parametrize("transport_s", [-0.003, 0.006, 0.015])
+@pytest.mark.parametrize("transport_s", [-0.003, 0.006, 0.0075, 0.015])
 def test_a_slowed_robot_meets_a_plan_that_was_long_on_its_way(rate, transport_s):
     """Meanwhile the robot hardly moved, but the plan grew old by the clock."""
     run = Run(heartbeat=rate)
@@ -150,8 +150,34 @@ def test_a_slowed_robot_meets_a_plan_that_was_long_on_its_way(rate, transport_s)
     )
     speed = np.abs(min_jerk(START, END, count=151).velocities).max()
     assert speed * abs(transport_s) > 1.5e-3  # so much it would be off without
-    assert run.controller.last_jump_position <= 0.5e-3 * speed + 1e-4  # steps of a millisecond
+    assert (
+        run.controller.last_jump_position <= 0.05e-3 * speed + 1e-4
+    )  # steps of a tenth of a millisecond
     run.go(3.0 / rate)
+    np.testing.assert_allclose(run.controller.q_ref, END, atol=1e-9)
+    run.assert_continuous()
+
+
+def test_a_robot_just_back_at_full_speed_meets_a_plan_that_was_timed_while_it_was_slowed():
+    run = Run(heartbeat=0.5)
+    old = min_jerk(START, END, count=151)
+    run.controller.accept(old)
+    run.go(1.0)
+    run.heartbeat = 1.0
+    while run.controller.scale < 1.0:
+        run.go(STEP * 1e-9)
+    position = run.controller.time_in_trajectory
+    joined_s = np.ceil((position + 0.02) * 100) / 100
+    plan = replan(old, joined_s, 0.0)
+    due_ns = run.now + round((joined_s - position - 0.0065) * 1e9)
+    run.controller.accept(
+        JointTrajectory(
+            due_ns, NAMES, plan.time_s, plan.positions, plan.velocities, plan.accelerations
+        )
+    )
+    speed = np.abs(old.velocities).max()
+    assert run.controller.last_jump_position <= 0.05e-3 * speed + 1e-4
+    run.go(3.0)
     np.testing.assert_allclose(run.controller.q_ref, END, atol=1e-9)
     run.assert_continuous()
 

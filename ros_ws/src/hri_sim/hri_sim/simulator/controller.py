@@ -7,9 +7,9 @@ the last one. Trajectory time runs slower than the clock by the speed scale of t
 
 Where it is kinder than the original: a trajectory whose first point is too soon for how far away it
 is, is joined later by a blend instead of a step; speed limits slow the path instead of breaking it;
-positions outside the limits are refused; a stop is a ramp along the path. A robot that is slowed meets a
-trajectory where it is, whatever that took on its way (up to ``max_lateness``). A trajectory that comes too
-late is not made up for but refused, and the motion before goes on: when its first point is long past
+positions outside the limits are refused; a stop is a ramp along the path. A robot that is slowed, or
+was a moment ago, meets a trajectory where it is, whatever that took on its way (up to ``max_lateness``). A
+trajectory that comes too late is not made up for but refused, and the motion before goes on: when its first point is long past
 (``max_lateness``), or it is past, or was timed for another speed than that to which the robot has been
 slowed, and the robot is elsewhere (``handover_tolerance``).
 """
@@ -41,6 +41,10 @@ IDLE, TRACKING, STOPPING = "idle", "tracking", "stopping"
 _FULL = 0.999  # a rate below is that of a motion that is slowed
 _TRANSPORTS_S = np.array(sorted(np.arange(-4, 41) * 1e-3, key=abs))
 """How much longer, or shorter, than was reckoned with a trajectory may have been on its way [s]."""
+_FINER_S = np.array(sorted(np.arange(-9, 10) * 1e-4, key=abs))
+"""The same about the best of them: in a millisecond a joint moves a milliradian or two [s]."""
+_TIMED_NS = 100_000_000
+"""So long after a motion was slowed plans come that were timed while it was [ns]."""
 _SAME_RAD = 1e-4
 """Steps that differ by less tell no transport apart [rad]."""
 
@@ -144,6 +148,7 @@ class TrajectoryController:
     def hold(self, q: FloatArray) -> None:
         """Ask for a posture (7,) [rad] at rest, at once; ends any motion."""
         self._path: SplinePath | None = None
+        self._slowed_ns = self._now_ns - _TIMED_NS - 1
         self._clock[:] = 0.0
         self._path_state[:] = 0.0
         self._path_state[0] = q
@@ -241,6 +246,8 @@ class TrajectoryController:
             self._path_state,
             self._out,
         )
+        if self._clock[1] < _FULL:
+            self._slowed_ns = now_ns
         if q is not None and self.config.path_tolerance and self._off_path(q):
             return
         if at_end:
@@ -291,7 +298,8 @@ class TrajectoryController:
             )
         late_s = now - first
         slowed = self._clock[1] < _FULL
-        if self._path is not None and slowed and not self._standing:
+        lately = self._now_ns - self._slowed_ns <= _TIMED_NS
+        if self._path is not None and lately and not self._standing:
             now = self._met(path, now)
         jump = self._step_to(path, max(first, now), max(first - now, 0.0))
         untimely = late_s > 0.0 or slowed
@@ -326,10 +334,14 @@ class TrajectoryController:
             path: The path to come.
             now: The time by the clock [s].
         """
+        coarse = now - _TRANSPORTS_S[self.config.max_lateness >= _TRANSPORTS_S]
+        return self._nearest(path, self._nearest(path, coarse) - _FINER_S)
+
+    def _nearest(self, path: SplinePath, times_s: FloatArray) -> float:
+        """The first of some times on a path that is nearest to the present motion [s]."""
         first = float(path.knots[0])
-        met, least = now, math.inf
-        for transport in _TRANSPORTS_S[self.config.max_lateness >= _TRANSPORTS_S]:
-            time_s = now - transport
+        met, least = float(times_s[0]), math.inf
+        for time_s in map(float, times_s):
             jump = float(self._step_to(path, max(first, time_s), max(first - time_s, 0.0))[0])
             if jump < least - _SAME_RAD:
                 met, least = time_s, jump
