@@ -9,9 +9,9 @@ Where it is kinder than the original: a trajectory whose first point is too soon
 is, is joined later by a blend instead of a step; speed limits slow the path instead of breaking it;
 positions outside the limits are refused; a stop is a ramp along the path. A robot that is slowed, or
 was a moment ago, meets a trajectory where it is, whatever that took on its way (up to ``max_lateness``). A
-trajectory that comes too late is not made up for but refused, and the motion before goes on: when its first point is long past
-(``max_lateness``), or it is past, or was timed for another speed than that to which the robot has been
-slowed, and the robot is elsewhere (``handover_tolerance``).
+trajectory that comes too late is not made up for but refused, and the motion before goes on: when its
+first point is long past (``max_lateness``), or it is past, or was timed for another speed than that to
+which the robot has been slowed, and the robot is elsewhere (``handover_tolerance``).
 """
 
 from __future__ import annotations
