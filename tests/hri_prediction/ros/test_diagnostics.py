@@ -167,6 +167,19 @@ def test_faults_are_told_by_their_keys(rig: Rig) -> None:
     assert not [key for key in figures if key.startswith("fault")]
 
 
+def test_a_new_fault_is_told_at_once_but_not_every_tick(rig: Rig) -> None:
+    rig.tell(BEGIN)
+    rig.node.fault("joints", "joint a is missing")
+    rig.node.tick(BEGIN + 50 * MS)  # sooner than a tenth of a second after what was told last
+    assert rig.tell(BEGIN + 100 * MS)[1] == "joint a is missing"
+    count = len(rig.heard)
+    rig.node.fault("joints", "joint a is still missing")  # known: with the rest, once a second
+    for later_ms in range(110, 1100, 110):
+        rig.node.tick(BEGIN + later_ms * MS)
+    assert rig.tell(BEGIN + 1100 * MS)[1] == "joint a is still missing"
+    assert len(rig.heard) == count + 1
+
+
 def test_nothing_is_said_twice() -> None:
     def fault(text: str, level: bytes = WARN) -> Fault:
         return Fault(0, text, level)

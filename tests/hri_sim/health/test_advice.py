@@ -176,6 +176,9 @@ def test_what_stops_the_controller() -> None:
     ("text", "word"),
     [
         ("ann invalid: no usable sample for 0.2 s (late or repeated sample)", "two sources"),
+        ("ann: late or repeated sample, 3 so far", "two sources"),
+        ("ann: stamps went back, 1 so far", "two sources"),
+        ("ann: jump of a marker, 2 so far", "labels"),
         ("ann invalid: no usable sample for 0.2 s (markers swapped)", "labels"),
         ("ann invalid: no usable sample for 0.2 s (jump: wrist)", "labels"),
         (

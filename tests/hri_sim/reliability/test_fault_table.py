@@ -61,6 +61,16 @@ def test_repetitions_that_are_done_are_not_done_again(
     assert asked == [0, 1, 2, 3, 0], "a smoke run is something else"
 
 
+def test_repetitions_say_which_commit_they_are_of(tmp_path: Path, progress: ProgressLine) -> None:
+    bring_about(FAULT, 2, tmp_path, progress, origin="abc, 2026-01-01")
+    result = bring_about(FAULT, 3, tmp_path, progress, origin="def, 2026-01-02")
+    (said,) = table.kept_lines([result], "def, 2026-01-02")
+    assert "Of 3 repetitions" in said
+    assert "2 of commit abc, 2026-01-01." in said
+    fresh = bring_about(FAULT, 1, tmp_path, progress, first_seed=3, origin="def, 2026-01-02")
+    assert table.kept_lines([fresh], "def, 2026-01-02") == []
+
+
 def test_a_bar_that_is_missed_once_is_missed(tmp_path: Path, progress: ProgressLine) -> None:
     result = bring_about(FAULT, 4, tmp_path, progress)
     assert not result.met

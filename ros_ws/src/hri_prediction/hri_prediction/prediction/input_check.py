@@ -21,6 +21,17 @@ _NAMES = ("shoulder", "elbow", "wrist", "hand tip")
 _SWAPS = [p for p in itertools.permutations(range(3)) if p != (0, 1, 2)]
 _LENGTH_SAMPLES = 50
 _SWAPPED = "markers swapped"
+LATE = "late or repeated sample"
+TOLD = {
+    LATE: LATE,
+    "clock went back": "stamps went back",
+    "side changed": "side changed",
+    _SWAPPED: _SWAPPED,
+    "jump": "jump of a marker",
+    "implausible length": "implausible length",
+}
+"""What is told of a sample that could not be used as it came, by the name of its counter; markers that are
+hidden for a moment are everyday, and are told when the arm has not been seen for long."""
 _SWAP_MEMORY_NS = 1_000_000_000
 """Markers that stay exchanged for longer than this are believed, if their lengths fit."""
 
@@ -78,8 +89,8 @@ class InputCheck:
                 self._count("side changed")
             elif step <= 0.0:
                 if step > -self._config.stale_time:
-                    self._count("late or repeated sample")
-                    return Verdict(np.zeros(4, dtype=bool), reason="late or repeated sample")
+                    self._count(LATE)
+                    return Verdict(np.zeros(4, dtype=bool), reason=LATE)
                 restart, reason = True, f"the clock went back by {-step:.3f} s"
                 self._count("clock went back")
         if restart:

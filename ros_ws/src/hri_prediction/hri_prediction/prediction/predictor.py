@@ -12,7 +12,7 @@ from hri_prediction.prediction.bank import BankPrior, HypothesisBank, bank_prior
 from hri_prediction.prediction.calibration import OnlineCalibration
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.constant_velocity import constant_velocity
-from hri_prediction.prediction.input_check import InputCheck
+from hri_prediction.prediction.input_check import LATE, InputCheck
 from hri_prediction.prediction.library import TaskLibrary
 from hri_prediction.prediction.live_scores import LiveFigures
 from hri_prediction.prediction.output import Prediction, ReachState, whole_arm, within_reach
@@ -106,7 +106,7 @@ class ReachPredictor:
         self._count("samples")
         if verdict.reason:
             self._count(verdict.reason.split(":")[0])
-        if verdict.reason == "late or repeated sample":
+        if verdict.reason == LATE:
             return
         if verdict.restart:
             self._count("restarts")

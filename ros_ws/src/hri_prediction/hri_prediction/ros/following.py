@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from hri_prediction.hybrid.watch import ArmWatch
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.facing import FacingWatch
+from hri_prediction.prediction.input_check import TOLD
 from hri_prediction.prediction.library import TaskLibrary
 from hri_prediction.prediction.output import Prediction, ReachState
 from hri_prediction.prediction.predictor import ReachPredictor
@@ -40,6 +41,7 @@ class FollowedArm:
         self.prediction: Prediction | None = None
         self.turned = ""
         self._facing = FacingWatch(library) if library is not None else None
+        self._told: dict[str, int] = {}
         # What the newest sample took, until it is predicted from.
         self._observed_ms: float | None = None
 
@@ -53,6 +55,17 @@ class FollowedArm:
         turned = self._facing.observe([sample]) if self._facing is not None else ""
         self.turned = turned or self.turned
         return turned
+
+    def news(self) -> list[tuple[str, str]]:
+        """Faults of samples that came since this was asked last: a short name, and a line for people."""
+        counts = {name: self.predictor.counters.get(name, 0) for name in TOLD}
+        found = [
+            (name, f"{words}, {counts[name]} so far")
+            for name, words in TOLD.items()
+            if counts[name] > self._told.get(name, 0)
+        ]
+        self._told = counts
+        return found
 
     def predict(self, now_ns: int) -> float | None:
         """Predict anew.

@@ -46,6 +46,8 @@ STANDSTILL_S = 0.25
 STARTING_NS = 10 * NANO
 """For so long after its first tick a node speaks more often: who starts a graph waits for that [ns]."""
 STARTING_PERIOD_NS = NANO // 5
+NEWS_PERIOD_NS = NANO // 10
+"""A fault that is new is told at once, but so long after what was told last, at least [ns]."""
 """How often it does so then [ns]."""
 COUNTED_DROPS = 50
 """So many messages that newer ones push out between two ticks are counted; of more, the rest is not."""
@@ -112,7 +114,7 @@ class HriNode(PollingNode):
         self._worked_s = 0.0
         # Compiled kernels at the first tick: none may be added afterwards.
         self._variants: dict[str, int] | None = None
-        self._next_diagnostics_ns = 0
+        self._next_diagnostics_ns = self._told_ns = 0
         self._started_ns = 0
         self._diagnostics = Diagnostics(self, self._inbox.dropped)
         self._timer: Any = None
@@ -250,6 +252,7 @@ class HriNode(PollingNode):
         self._diagnostics.ticked(self._worked_s - start, self.period_s)
         if now >= self._next_diagnostics_ns:
             starting = not self.lockstep and 0 <= now - self._started_ns < STARTING_NS
+            self._told_ns = now
             self._next_diagnostics_ns = now + (STARTING_PERIOD_NS if starting else NANO)
             self._diagnostics.tell(now)
         elif self._next_diagnostics_ns - now > 2 * NANO:  # the clock went back
@@ -282,8 +285,10 @@ class HriNode(PollingNode):
 
     # ---------------------------------------------------------------- health
     def fault(self, key: str, text: str, level: bytes = WARN) -> None:
-        """Note a fault: said in the log when it is new, on /diagnostics for five seconds."""
+        """Note a fault: said in the log when it is new, on /diagnostics at once and for five seconds."""
         if self._diagnostics.fault(key, text, level):
+            soon_ns = self._told_ns + NEWS_PERIOD_NS
+            self._next_diagnostics_ns = min(self._next_diagnostics_ns, soon_ns)
             if level == ERROR:  # two calls: rclpy refuses another severity from the same one
                 self.get_logger().error(text)
             else:

@@ -181,7 +181,8 @@ CAPTURE = (
     _going_on("late_stamps", "late and reordered samples",
               "samples are held for 4 to some 100 ms, and come in any order", spoiling.late_and_reordered,
               "late or repeated sample"),
-    _clock("source_clock_back", "the source's clock goes back", -3.0, -0.5, "clock went back", *_NO_SAMPLE),
+    _clock("source_clock_back", "the source's clock goes back", -3.0, -0.5, "stamps went back",
+           *_NO_SAMPLE),
     _clock("source_clock_ahead", "the source's clock runs ahead", 0.5, 10.0, "in the future"),
 )  # fmt: skip
 """Faults of motion capture."""

@@ -48,6 +48,7 @@ def report(content: dict[str, Any], results: Sequence[Result]) -> str:
         "# When things go wrong, measured\n",
         f"Made by `scripts/reproduce_reliability.py{smoke}{fewer}`. Nothing here is certified.\n",
         f"{origin_line(content['origin'])}\n",
+        *table.kept_lines(results, _words(content["origin"])),
         *(
             ["**A smoke run: its figures say that everything runs, and nothing else.**\n"]
             if smoke
@@ -82,6 +83,11 @@ def _close(stays: dict[str, Stays]) -> None:
     """End what stays open from one fault to the next."""
     while stays:
         stays.popitem()[1].close()
+
+
+def _words(origin: dict[str, Any]) -> str:
+    """Where something comes from, in a few words."""
+    return f"{origin['commit']}, {origin['date']}"
 
 
 def _verdict(met: bool) -> str:
@@ -158,7 +164,7 @@ def reproduce_reliability(
     ROS_DOMAIN_ID. What was broken off goes on where it stopped. Exit code 0: every bar is met; 3: one is
     missed.
     """
-    console = Console()
+    console, origin = Console(), results_origin()
     # Beside a graph that somebody looks at, those of faults are to be neither heard nor in the way.
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     with_encounters, faults = chosen(only or ())
@@ -188,6 +194,7 @@ def reproduce_reliability(
                         smoke=smoke,
                         workers=cores,
                         stays=stays,
+                        origin=_words(origin),
                     )
                 )
         finally:
@@ -195,7 +202,7 @@ def reproduce_reliability(
         if with_encounters:
             found = encounters.measure(meetings, first_seed, runs / "encounters", cores, progress)
     content = {
-        "origin": results_origin(),
+        "origin": origin,
         "smoke": smoke,
         "at_most": at_most,
         "faults": {result.fault.name: table.to_mapping(result) for result in results},

@@ -56,9 +56,9 @@ BURST = QoSProfile(
 LOOK_S = 0.005
 """How often it is looked at whether what is waited for has come [s]."""
 READY_S = 120.0
+"""So long is waited for nodes to be well, at the start and after a fault [s]."""
 SLOW_S = 20.0
-"""Who is not well again by then is named in the table."""
-"""So long may nodes take to be ready on a busy machine [s]."""
+"""Who is not well again by then is named in the table [s]."""
 
 
 class LiveGraph(Closing):

@@ -215,7 +215,6 @@ class Motion(Closing):
     def named(self, *words: str) -> tuple[float | None, str]:
         """When one of these words was first said [ms], and what: in a reason, or on /diagnostics."""
         found: list[tuple[float, str]] = []
-        counted: dict[tuple[str, str], int] = {}
         for topic, message_type in self.graph.lockstep.log.types.items():
             if not hasattr(message_type, "reason"):
                 continue
@@ -226,13 +225,6 @@ class Motion(Closing):
         for stamp_ns, status in self.said:
             told = [status.message] if status.level != DiagnosticStatus.OK else []
             told += [v.value for v in status.values if v.key.startswith("fault ")]
-            # What is only counted is told as well, "late or repeated sample: 3", when it becomes more.
-            for value in status.values:
-                if value.value.isdigit():
-                    key, count = (status.hardware_id, value.key), int(value.value)
-                    if count > counted.get(key, 0) and stamp_ns * 1e-9 >= self.begin_s:
-                        told.append(f"{value.key}: {count}")
-                    counted[key] = count
             text = next((t for t in told if any(word in t for word in words)), "")
             if text and stamp_ns * 1e-9 >= self.begin_s:
                 found.append((stamp_ns * 1e-9, f"/diagnostics of {status.hardware_id}: {text}"))

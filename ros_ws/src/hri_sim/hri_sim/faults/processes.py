@@ -15,7 +15,7 @@ from hri_planner.nodes.policy_config import DEFAULT_POLICY
 from hri_prediction.bags import BagReader, salvage
 from hri_prediction.errors import GraphError
 from hri_prediction.ros.time import NANO, to_ns
-from hri_sim.faults.live import READY_S, SLOW_S, LiveGraph, reaching_graph
+from hri_sim.faults.live import SLOW_S, LiveGraph, reaching_graph
 from hri_sim.faults.motion import AT_REST, CAME_AT, LEANT_ON, NAMED, SCENES, STEP, TOUCHED, scene
 from hri_sim.faults.own_motion import OwnMotion
 from hri_sim.faults.sources import DYAD, INTERACTION, MOCAP_LIVE, SOURCES, SourceGraph
@@ -40,8 +40,10 @@ SILENT_HELD_S = 5.0
 """The same of those that are named because they do not speak every second."""
 LOST = Figure("lost_s", "recording lost", "s", 1.0, digits=2)
 SALVAGED = Figure("salvaged", "messages salvaged", limit=1.0, least=True)
-READY = Figure("ready_s", "all nodes well again after", "s", READY_S, digits=1)
-GOES_ON = Figure("goes_on_s", "a further trial done after", "s", READY_S, digits=1)
+AGAIN_S = 30.0
+"""So long may it take until all nodes are well again, or a further trial is done [s]."""
+READY = Figure("ready_s", "all nodes well again after", "s", AGAIN_S, digits=1)
+GOES_ON = Figure("goes_on_s", "a further trial done after", "s", AGAIN_S, digits=1)
 LOST_TRIALS = Figure("lost_trials", "trials lost", limit=0.0)
 UNHEARD = Figure("named_ms", "named after", "ms", 5000.0)
 """Of nodes that are named when they have not spoken for three seconds."""
@@ -132,17 +134,15 @@ def kill(graph: LiveGraph, victim: str, seed: int, place: Place) -> Trial:
     graph.spin(1.0)
     named_ms, _ = graph.first_said(since_s, (f"node {victim} was ended by",), graph.told)
     reason_ms, said = graph.first_said(since_s, REASONS[victim], graph.reasons)
-    figures: dict[str, float | None] = {
-        "named_ms": named_ms,
-        "step_rad": graph.largest_step(),
-        **_touched(victim, graph.own_motion()),
-    }
+    figures: dict[str, float | None] = {"named_ms": named_ms}
     if victim not in SILENT:
         figures["reason_ms"] = reason_ms
     if victim not in HANDS_OFF:
         # A quick machine has started it again by now, and the robot rightly moves on.
         figures["rest_ms"] = graph.rest_ms(since_s, graph.back_s(victim, since_s))
     figures["ready_s"] = graph.ready_after(since_s)
+    # All of the time until the node is back, and what the robot does then.
+    figures |= {"step_rad": graph.largest_step(), **_touched(victim, graph.own_motion())}
     figures |= _of_trials(graph, since_s, trials)
     if victim == RECORDER:
         figures |= _salvaged(bag, place.folder / f"salvaged_{seed}", since_s)

@@ -129,12 +129,12 @@ TABLE = (
     Advice(
         "Samples come twice, or out of order: mostly two sources of one body at once, such as person and "
         "replay_mocap.py. End one of them.",
-        words=r"late or repeated sample|side changed",
+        words=r"late or repeated sample|side changed|stamps went back",
     ),
     Advice(
         "Markers are taken for each other, or jump: look at the labels in the motion capture program, for "
         "reflections, and that only one source sends this body.",
-        words=r"markers swapped|markers seemed swapped|\(jump",
+        words=r"markers swapped|markers seemed swapped|\(jump|jump of a marker",
     ),
     Advice(
         "Motion capture sends too few samples a second: raise its rate (see parameter rate), or the "

@@ -161,7 +161,8 @@ def lines(found: Mapping[str, Any]) -> list[str]:
         "back; who is *chasing* goes for the nearest point of the robot at once and all the time, at up "
         "to 2 m/s. Motion capture sees both arms with 3 mm of noise (cut at 10 mm), 4 to 20 ms late, "
         "stamped up to 5 ms too late, with gaps of up to 60 ms; commands take 2 to 8 ms; physics, torque "
-        "control, controller and stop chain are those of the simulator.\n",
+        "control, controller and stop chain are those of the simulator. To repeat: "
+        "`scripts/reproduce_reliability.py --only encounters`.\n",
         "| monitor | what it is |\n| --- | --- |",
         *(f"| {case.name} | {case.text} |" for case in CASES),
         "",

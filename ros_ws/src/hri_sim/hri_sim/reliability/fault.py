@@ -56,11 +56,13 @@ class Trial:
         seed: Of all that was drawn for it.
         figures: Values by the key of the figure; none: it did not happen.
         said: What was said of the fault.
+        origin: Of what commit it is, and of what day.
     """
 
     seed: int
     figures: Mapping[str, float | None]
     said: str = ""
+    origin: str = ""
 
 
 class Stays(Protocol):

@@ -6,7 +6,7 @@ import functools
 import hashlib
 import json
 import shutil
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 from hri_prediction.compiled import processor
@@ -54,6 +54,7 @@ def bring_about(
     smoke: bool = False,
     workers: int = 1,
     stays: dict[str, Stays] | None = None,
+    origin: str = "",
 ) -> Result:
     """Bring a fault about so many times, or read what came of it.
 
@@ -66,6 +67,7 @@ def bring_about(
         smoke: Whether a short form will do.
         workers: Processes for what needs no real time.
         stays: What stays open from one fault to the next.
+        origin: Of what commit, and of what day, what is done now is.
     """
     kind = "smoke" if smoke else "full"
     folder = runs / "faults" / fault.name / f"{mark_of(fault)}_{kind}"
@@ -81,7 +83,8 @@ def bring_about(
         scratch.mkdir(parents=True)
         place = Place(scratch, runs / LIBRARIES, smoke, workers, {} if stays is None else stays)
         try:
-            for trial in fault.measure(missing, place):
+            for measured in fault.measure(missing, place):
+                trial = replace(measured, origin=origin)
                 folder.mkdir(parents=True, exist_ok=True)
                 write_json(folder / f"{trial.seed}.json", asdict(trial))
                 found[trial.seed] = trial

@@ -14,7 +14,9 @@ KINDS = {
     LOCKSTEP: "**lock-step**: all nodes in one process, in simulated time; times count from the step "
     "before the fault, in steps of 4 ms, and computing takes none",
     PROCESSES: "**processes**: as users run them, on this machine's clock; times count from just before "
-    "the signal is sent, joint states by their stamps, words by when they are heard",
+    "the signal is sent, joint states by their stamps, words by when they are heard. Steps and touches "
+    "count until all nodes are well again; each repetition begins with a robot that sets out, so the one "
+    "before went on",
     FILES: "**files**: no graph",
 }
 
@@ -58,6 +60,24 @@ def lines(results: Sequence[Result]) -> list[str]:
         text += [f"| {result.fault.title} | {words.replace('|', '/')} |" for result, words in said]
         text.append("")
     return text
+
+
+def kept_lines(results: Sequence[Result], origin: str) -> list[str]:
+    """Where repetitions come from that were not made by the run that is reported, if any.
+
+    Args:
+        results: Of all lines.
+        origin: Of the run.
+    """
+    counts = Counter(trial.origin for result in results for trial in result.trials)
+    total = counts.total()
+    kept = [f"{count} of commit {words}" for words, count in counts.items() if words != origin]
+    if not kept:
+        return []
+    return [
+        f"Of {total} repetitions some were kept, as the code that they hang on is the same: "
+        f"{'; '.join(sorted(kept))}.\n"
+    ]
 
 
 def _line(result: Result) -> str:
