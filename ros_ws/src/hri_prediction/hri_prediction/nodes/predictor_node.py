@@ -195,7 +195,7 @@ class PredictorNode(HriNode):
         for body in self._bodies.values():
             for name, arm in body.named_arms():
                 for kind, text in arm.news():
-                    self.fault(f"{kind} {name}", f"{name}: {text}")
+                    self.fault(f"samples {name} {kind}", f"{name}: {text}")
                 spent_ms = arm.predict(now_ns)
                 if spent_ms is not None:
                     self._compute_ms.append(spent_ms)

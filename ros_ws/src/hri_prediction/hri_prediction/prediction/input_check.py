@@ -58,14 +58,19 @@ class InputCheck:
         config: Limits.
         upper_arm_m: Expected shoulder-elbow length until this person's is known; 0 = no idea.
         forearm_m: Expected elbow-wrist length.
+        counters: Where faults are counted by their names; none: in a dictionary of its own.
     """
 
     def __init__(
-        self, config: PredictorConfig, upper_arm_m: float = 0.0, forearm_m: float = 0.0
+        self,
+        config: PredictorConfig,
+        upper_arm_m: float = 0.0,
+        forearm_m: float = 0.0,
+        counters: dict[str, int] | None = None,
     ) -> None:
         self._config = config
         self._expected = (upper_arm_m, forearm_m)
-        self.counters: dict[str, int] = {}
+        self.counters = {} if counters is None else counters
         self.reset()
 
     def reset(self) -> None:

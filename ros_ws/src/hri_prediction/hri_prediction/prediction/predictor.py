@@ -45,11 +45,11 @@ class ReachPredictor:
         self._priors: dict[str, BankPrior] = {}
         self._banks: dict[str, HypothesisBank] = {}
         lengths = (library.upper_arm_m, library.forearm_m) if library else (0.0, 0.0)
-        self._check = InputCheck(self.config, *lengths)
+        self.counters: dict[str, int] = {}
+        self._check = InputCheck(self.config, *lengths, counters=self.counters)
         self._segmenter = ReachSegmenter(self.config.segmentation)
         self._points = 1 + round(self.config.horizon / self.config.step)
         self._times: Array = np.asarray(np.arange(self._points) * self.config.step, dtype=float)
-        self.counters: dict[str, int] = {}
         self._calibration = OnlineCalibration(
             CALIBRATION_STEP_S,
             max(1, min(10, int(self.config.horizon / CALIBRATION_STEP_S))),
@@ -104,8 +104,6 @@ class ReachPredictor:
         """Take one sample; faults are counted and kept out, never raised."""
         verdict = self._check.check(sample)
         self._count("samples")
-        if verdict.reason:
-            self._count(verdict.reason.split(":")[0])
         if verdict.reason == LATE:
             return
         if verdict.restart:
