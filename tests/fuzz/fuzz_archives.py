@@ -299,8 +299,10 @@ def odd_archives(canary: str) -> dict[str, bytes]:
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_BZIP2) as archive:
         archive.writestr("header.npy", bytes(5_000_000))
     long = npy_said("{'descr': '<U0', 'fortran_order': False, 'shape': (1000000000000,), }")
+    swelling = np.array("[" + "[]," * 11_000_000 + "[]]")
     return {
         "bomb": bomb,
+        "a header that swells": zip_bytes([Member("header.npy", npy_bytes(swelling), DEFLATED)]),
         "many small ones": zip_bytes([Member(f"{i}.npy", npy_bytes(np.zeros(1))) for i in range(300)]),
         "empty archive": zip_bytes([]),
         "other compression": packed.getvalue(),

@@ -6,6 +6,7 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 from fuzz_samples import MARK
 
 from hri_planner.adaptation.model_file import load_model, trained_with
@@ -22,8 +23,13 @@ from hri_prediction.bags.arms import arm_tracks
 from hri_prediction.bags.predictions import recorded_predictions
 from hri_prediction.config import load_yaml
 from hri_prediction.errors import DataError, HriError
+from hri_prediction.hybrid.fit_command import read_results
 from hri_prediction.hybrid.store import PeopleStore, read_task
 from hri_prediction.hybrid.weight_file import load_process
+from hri_prediction.ontology.classifier import InteractionClassifier
+from hri_prediction.ontology.cost_file import load_costs
+from hri_prediction.ontology.recordings import read_sessions
+from hri_prediction.ontology.table import SegmentTable
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.library import TaskLibrary
 from hri_prediction.promp.storage import load_promp
@@ -36,6 +42,7 @@ from hri_prediction.tracks.plausible import check_arm
 from hri_prediction.tracks.rate import check_rate
 from hri_sim.launch.parameters import CONFIGURATIONS, complete_parameters, read_parameters
 from hri_sim.launch.supervisor import NodeSpec
+from hri_sim.ontology.handovers import load_skeletons
 from hri_sim.policies.handovers import holds_handovers, load_handovers
 from hri_sim.scenario.schema import load_scenario
 
@@ -134,6 +141,12 @@ def adaptation(path: Path) -> None:
     load_model(path)
 
 
+def classifier(path: Path) -> None:
+    """As the monitor of interactions uses one."""
+    found = InteractionClassifier.load(path)
+    found.classify(np.full((1, 25), 0.5))
+
+
 def handovers(path: Path) -> None:
     """Those that say what they are."""
     if holds_handovers(path):
@@ -164,6 +177,9 @@ MODELS: dict[str, Reader] = {
     "session": session,
     "training": lambda path: load_state(path, MARK),
     "personal task": read_task,
+    "classifier": classifier,
+    "segments": SegmentTable.load,
+    "skeletons": load_skeletons,
 }
 """Of archives, by kind."""
 SETTINGS: dict[str, Reader] = {
@@ -172,9 +188,15 @@ SETTINGS: dict[str, Reader] = {
     "parameters": parameters,
     "predictor": lambda path: load_yaml(PredictorConfig, path),
     "training": lambda path: load_yaml(TrainingConfig, path),
+    "dyads": read_sessions,
 }
 """Of YAML, by kind."""
-PLAIN: dict[str, Reader] = {"weights": load_process, "person": person}
+PLAIN: dict[str, Reader] = {
+    "weights": load_process,
+    "person": person,
+    "interaction costs": load_costs,
+    "explained reaches": read_results,
+}
 """Of JSON, by kind."""
 BAGS: dict[str, Reader] = {
     "closed": closed_bag,
@@ -188,6 +210,8 @@ EVERYTHING: dict[str, Reader] = {
     **{f"setting {name}": read for name, read in SETTINGS.items()},
     **{f"bag {name}": read for name, read in BAGS.items()},
     "weights": load_process,
+    "interaction costs": load_costs,
+    "explained reaches": read_results,
     "markers": markers,
     "tracks": tracks,
     "handovers": load_handovers,

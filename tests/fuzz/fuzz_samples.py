@@ -40,12 +40,17 @@ from hri_prediction.hybrid.store import PERSON_FORMAT, write_task
 from hri_prediction.hybrid.task import PersonalTask, TaskKey
 from hri_prediction.hybrid.weight_file import data_to_values, save_process
 from hri_prediction.hybrid.weight_process import WeightData, WeightProcess
+from hri_prediction.ontology.classifier import TERMS, InteractionClassifier
+from hri_prediction.ontology.cost_file import CaseCosts, LearntCosts
+from hri_prediction.ontology.costs import NUMBER
+from hri_prediction.ontology.table import SegmentTable, table_of
 from hri_prediction.prediction.library import TaskLibrary, TaskModel
 from hri_prediction.promp.basis import PhaseBasis
 from hri_prediction.promp.model import ProMP
 from hri_prediction.promp.storage import save_promp
 from hri_prediction.tracks.files import save_tracks
 from hri_prediction.tracks.track import ArmTrack
+from hri_sim.ontology.handovers import ARM
 from hri_sim.scenario.shipped import load_shipped
 
 Files = tuple[bytes, ...]
@@ -300,6 +305,34 @@ def model_files() -> dict[str, Files]:
         "session": tuple(map(_session, (0, 3, 6, 12, 14))),
         "training": (written(lambda path: save_state(path, state, MARK), "a.npz"),),
         "personal task": (written(lambda path: write_task(path, _personal_task()), "a.npz"),),
+        "classifier": (written(_classifier().save, "a.npz"),),
+        "segments": (written(_segments().save, "a.npz"),),
+        "skeletons": (npz_bytes(_skeletons()),),
+    }
+
+
+def _classifier() -> InteractionClassifier:
+    """Of two classes."""
+    forms = np.linspace(-0.1, 0.1, TERMS)[None]
+    return InteractionClassifier(
+        np.array([1, 13]), np.full(25, 0.4), np.full(25, 0.1), forms, 2.0, "a test"
+    )
+
+
+def _segments() -> SegmentTable:
+    features = np.linspace(0.1, 0.9, 75).reshape(3, 25)
+    return table_of(list(features), [1, 2, 13], ["ann", "ann", "bob"], ["frontal"] * 3, [0, 0, 1])
+
+
+def _skeletons() -> dict[str, Any]:
+    """One trial of two people."""
+    points = arm_track(12).keypoints[:, :3]
+    people = np.stack((points, points + 0.5), axis=1)
+    return {
+        "pos": np.nan_to_num(people)[None].astype(np.float32),
+        "body_names": np.array(ARM),
+        "person_names": np.array(["giver", "taker"]),
+        "rate_hz": np.array(120.0),
     }
 
 
@@ -321,7 +354,23 @@ def plain_trees() -> dict[str, tuple[Any, ...]]:
     process = WeightProcess(data, np.zeros(2), np.ones(2), np.ones((2, 6)))
     text = written(lambda path: save_process(path, process, "a test"), "a.json")
     person = {"format": PERSON_FORMAT, "changed": "2026-01-01", "weights": data_to_values(data)}
-    return {"weights": (json.loads(text),), "person": (person, {**person, "weights": None})}
+    flat = CaseCosts(np.full(NUMBER, 0.1), np.ones(NUMBER), 12, 0.9)
+    learnt = LearntCosts({"case_1": flat, "case_13": flat}, 0.2, "a test")
+    return {
+        "weights": (json.loads(text),),
+        "person": (person, {**person, "weights": None}),
+        "interaction costs": (json.loads(written(learnt.save, "a.json")),),
+        "explained reaches": (_explained(costs),),
+    }
+
+
+def _explained(costs: tuple[str, ...]) -> dict[str, Any]:
+    """Results of inverse optimal control, of enough reaches to fit to."""
+    row = {
+        "name": "a", "error": "", "q_start_deg": [10.0] * 3, "q_end_deg": [30.0] * 3,
+        "alpha": [0.5, 0.3, 0.2], "sd": [0.1] * 3, "factors": [1.0] * 3, "rest_factors": [1.0] * 3,
+    }  # fmt: skip
+    return {"costs": list(costs), "reaches": [row] * 12}
 
 
 # ------------------------------------------------------------------ settings
@@ -344,4 +393,8 @@ def setting_trees() -> dict[str, tuple[Any, ...]]:
         ),
         "predictor": ({"person_correlation": 0.3, "change_rate": 0.1},),
         "training": ({"cell": "gru", "units": [9, 9], "seed": 3},),
+        "dyads": (
+            {"sessions": [{"bag": "one", "case": 13, "subject": "ann", "bodies": ["a", "b"]}]},
+            {"sessions": [{"bag": "one", "case": "case_1", "subject": "ann", "side": "left"}]},
+        ),
     }

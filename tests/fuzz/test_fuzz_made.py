@@ -32,6 +32,24 @@ def test_yaml(sandbox, tmp_path: Path, kind: str) -> None:
         assert found.kind == "refused" or kind in ("predictor", "training"), name
 
 
+@pytest.mark.parametrize("kind", fuzz_readers.PLAIN)
+def test_json(sandbox, tmp_path: Path, kind: str) -> None:
+    box = sandbox(fuzz_readers.PLAIN[kind])
+    path = tmp_path / "people" / "ann" / "person.json"
+    path.parent.mkdir(parents=True)
+    huge = b"1" * 4000
+    for name, content in {
+        "swells": b"[" + b"[]," * 4_000_000 + b"[]]",
+        "swells within": b'{"format": [' + b"[]," * 1_300_000 + b"[]]}",
+        "deep": b"[" * 100_000 + b"]" * 100_000,
+        "numbers": b'{"format": '
+        + huge
+        + b', "length_m": 1e999, "costs": NaN, "reaches": -Infinity}',
+    }.items():
+        path.write_bytes(content)
+        assert box.check(path).kind == "refused", name
+
+
 def test_yaml_of_bags(sandbox, tmp_path: Path) -> None:
     bag = fuzz_samples.write_bag(tmp_path / "bag", 6)
     box = sandbox(lambda path: fuzz_readers.any_bag(path.parent))

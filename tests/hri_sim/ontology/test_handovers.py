@@ -67,8 +67,10 @@ def test_costs_are_learnt_from_skeletons(tmp_path: Path) -> None:
     ("changes", "said"),
     [
         ({"body_names": np.array(["a", "b", "c", "d"])}, "bodies a, b, c, d"),
-        ({"pos": np.zeros((1, 5, 2, 3))}, r"pos \(1, 5, 2, 3\)"),
-        ({"rate_hz": np.array([1.0, 2.0])}, "rate_hz"),
+        ({"pos": np.zeros((1, 5, 2, 3))}, r"pos float64 \(1, 5, 2, 3\)"),
+        ({"rate_hz": np.array([1.0, 2.0])}, "s.npz: rate_hz"),
+        ({"rate_hz": np.array(0.0)}, "rate_hz = 0.0"),
+        ({"person_names": np.array(["giver"])}, "1 persons"),
     ],
 )
 def test_other_files_are_refused(changes: dict[str, np.ndarray], said: str, tmp_path: Path) -> None:

@@ -15,10 +15,13 @@ from typing import Any
 import yaml
 
 from hri_prediction.errors import ConfigError, DataError
-from hri_prediction.files.content import MOST_BYTES, read_text
+from hri_prediction.files.content import read_text
 
 MOST_CHARACTERS = 1_000_000
 """Longest text of YAML that is read: the metadata of a bag of hundreds of topics has a third of it."""
+MOST_JSON = 1 << 22
+"""Longest text of JSON [characters]: five times the longest that is written here. Lists of nothing take 26
+bytes of memory a character."""
 DEEPEST = 60
 """Levels of lists and mappings, one in the other."""
 _SPREAD = 20
@@ -136,9 +139,11 @@ def parse_json(text: str) -> Any:
     """Values from a text of JSON.
 
     Raises:
-        ValueError: on what is no JSON, is nested too deeply, has a whole number of more digits than Python
-            reads (4300), or a text that is no Unicode.
+        ValueError: on what is no JSON, is nested too deeply or too long, has a whole number of more digits
+            than Python reads (4300), or a text that is no Unicode.
     """
+    if len(text) > MOST_JSON:
+        raise ValueError(f"{len(text)} characters, more than {MOST_JSON}")
     try:
         found = json.loads(text)
         if "\\u" in text and _SURROGATE.search(json.dumps(found, ensure_ascii=False)):
@@ -154,7 +159,7 @@ def read_json(path: str | Path) -> Any:
     Raises:
         DataError: when it cannot be read, or as :func:`parse_json`.
     """
-    text = read_text(path, MOST_BYTES)
+    text = read_text(path, 4 * MOST_JSON)
     try:
         return parse_json(text)
     except ValueError as error:

@@ -10,7 +10,7 @@ import numpy as np
 from hri_prediction.errors import DataError
 from hri_prediction.extras import check_scikit_learn
 from hri_prediction.hybrid.weight_process import WeightData, WeightProcess, of_whole
-from hri_prediction.motor_control.costs import check_simplex
+from hri_prediction.motor_control.costs import COSTS, JOINT_JERK, check_simplex
 
 LEAST_REACHES = 10
 _LENGTHS_RAD = (1.0, 10.0)
@@ -66,8 +66,13 @@ def data_of_reaches(names: tuple[str, ...], rows: list[dict[str, Any]]) -> Weigh
     """Observations of the reaches that ``scripts/fit_ioc.py`` writes into its results.
 
     Raises:
-        DataError: when a row lacks something, or none was explained.
+        DataError: when a row lacks something, costs are others than these, or none was explained.
     """
+    if len(set(names)) < len(names) or not {JOINT_JERK} <= set(names) <= set(COSTS):
+        raise DataError(
+            f"costs {', '.join(names):.200}",
+            expected=f"{JOINT_JERK} and others of {', '.join(COSTS)}",
+        )
     try:
         # Of a whole reach without factors nobody knows what its weights mean elsewhere.
         done = [row for row in rows if not row["error"] and len(row["rest_factors"])]
@@ -76,7 +81,7 @@ def data_of_reaches(names: tuple[str, ...], rows: list[dict[str, Any]]) -> Weigh
             for key in ("q_start_deg", "q_end_deg", "alpha", "sd", "factors", "rest_factors")
         }
         called = [str(row["name"]) for row in done]
-    except (LookupError, TypeError, ValueError) as error:
+    except (ArithmeticError, LookupError, TypeError, ValueError) as error:
         raise DataError(
             f"a reach of the results lacks or garbles {error}", expected="results of fit_ioc.py"
         ) from error

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hri_prediction.errors import DataError
+from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.files.values import read_json
 from hri_prediction.ontology.cases import find_case
 from hri_prediction.ontology.costs import COSTS, NUMBER
@@ -91,9 +91,10 @@ def load_costs(path: str | Path) -> LearntCosts:
             raise DataError("other costs than these", expected=", ".join(COSTS))
         cases = {find_case(name).name: costs_of(one) for name, one in content["cases"].items()}
         return LearntCosts(cases, length, str(content.get("about", "")))
-    except DataError as error:
+    except (ConfigError, DataError) as error:
         raise DataError(f"{path}: {error.problem}", expected=error.expected) from error
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+    # Arithmetic: a number that is too large to be one.
+    except (ArithmeticError, KeyError, TypeError, ValueError, AttributeError) as error:
         raise DataError(
             f"{path} is incomplete: {error!r:.200}", expected=f"a whole {FORMAT}"
         ) from error

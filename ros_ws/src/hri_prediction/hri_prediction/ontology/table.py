@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hri_prediction.errors import DataError
+from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.ontology.cases import find_case, group_of
 from hri_prediction.ontology.features import COUNT
 from hri_prediction.promp.storage import read_npz, write_npz
@@ -91,7 +91,7 @@ class SegmentTable:
                 )
         try:
             return cls(**{name: arrays[name] for name in ("features", *_COLUMNS)})
-        except DataError as error:
+        except (ConfigError, DataError) as error:
             raise DataError(f"{path}: {error.problem}", expected=error.expected) from error
 
 

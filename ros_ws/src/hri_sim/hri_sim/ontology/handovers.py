@@ -7,13 +7,14 @@ action space: it is nearest to case 13. The hand's end is not tracked and put in
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from hri_prediction.errors import DataError
-from hri_prediction.files.arrays import read_arrays
+from hri_prediction.files.arrays import Arrays, read_arrays
 from hri_prediction.ontology.cases import GROUP_NAMES
 from hri_prediction.ontology.classifier import InteractionClassifier
 from hri_prediction.ontology.cost_file import CaseCosts, LearntCosts
@@ -72,31 +73,46 @@ def load_skeletons(path: Path) -> list[tuple[ArmTrack, ArmTrack]]:
     Raises:
         DataError: when it is something else.
     """
-    arrays = read_arrays(path)
-    missing = [
-        name for name in ("pos", "body_names", "person_names", "rate_hz") if name not in arrays
-    ]
-    if missing:
-        raise DataError(f"{path} has no {missing[0]}", expected="the file of skeletons")
-    places, bodies = arrays["pos"], [str(name) for name in arrays["body_names"]]
-    absent = [name for name in ARM if name not in bodies]
-    if absent or places.ndim != 5 or places.shape[2:] != (2, len(bodies), 3):
+    try:
+        return _skeletons(read_arrays(path), path.name)
+    except DataError as error:
+        named = error.problem if str(path) in error.problem else f"{path}: {error.problem}"
+        raise DataError(named, expected=error.expected) from error
+
+
+def _skeletons(arrays: Arrays, source: str) -> list[tuple[ArmTrack, ArmTrack]]:
+    for name in ("pos", "body_names", "person_names"):
+        if name not in arrays:
+            raise DataError(f"there is no {name}", expected="the file of skeletons")
+    places = arrays["pos"]
+    bodies, names = (
+        [str(name) for name in arrays[key].ravel()] for key in ("body_names", "person_names")
+    )
+    if (
+        not set(ARM) <= set(bodies)
+        or places.ndim != 5
+        or places.shape[2:] != (2, len(bodies), 3)
+        or places.dtype.kind not in "fiu"
+        or len(names) != 2
+    ):
         raise DataError(
-            f"{path}: pos {places.shape}, bodies {', '.join(bodies)}",
-            expected=f"(trial, frame, 2, body, 3), bodies with {', '.join(ARM)}",
+            f"pos {places.dtype} {places.shape}, bodies {', '.join(bodies):.200}, {len(names)} persons",
+            expected=f"numbers (trial, frame, 2, body, 3), bodies with {', '.join(ARM)}, two persons",
         )
     rate = one_number(arrays, "rate_hz")
+    if not 0.0 < rate < math.inf:
+        raise DataError(f"rate_hz = {rate}", expected="a positive rate")
     joints = places[:, :, :, [bodies.index(name) for name in ARM]].astype(float)
-    forearm = joints[..., 2, :] - joints[..., 1, :]
-    length = np.linalg.norm(forearm, axis=-1, keepdims=True)
-    tips = joints[..., 2, :] + HAND_M * forearm / length
+    with np.errstate(all="ignore"):  # what is not seen, or has no length, has no hand tip
+        forearm = joints[..., 2, :] - joints[..., 1, :]
+        length = np.linalg.norm(forearm, axis=-1, keepdims=True)
+        tips = joints[..., 2, :] + HAND_M * forearm / length
     points = np.concatenate((joints, tips[..., None, :]), axis=-2)
-    names = [str(name) for name in arrays["person_names"]]
     time_s = np.arange(points.shape[1]) / rate
     found = []
     for trial in points:
         one, other = (
-            ArmTrack(time_s, trial[:, person], subject=names[person], source=str(path.name))
+            ArmTrack(time_s, trial[:, person], subject=names[person], source=source)
             for person in range(2)
         )
         found.append((one, other))

@@ -60,7 +60,7 @@ def load_layouts(path: Path = SHIPPED_LAYOUTS) -> Mapping[tuple[int, str], Layou
         )
     except (DataError, ConfigError) as error:
         raise DataError(f"{path}: {error.problem}", expected=error.expected) from error
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+    except (ArithmeticError, KeyError, TypeError, ValueError, AttributeError) as error:
         raise DataError(
             f"{path} is incomplete: {error!r:.200}", expected=f"a whole {FORMAT}"
         ) from error
