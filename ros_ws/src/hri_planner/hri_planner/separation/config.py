@@ -17,8 +17,9 @@ from hri_prediction.config import parameter, validate
 
 ASSUMED, MEASURED, PREDICTED = "assumed", "measured", "predicted"
 HUMAN_MODES = (ASSUMED, MEASURED, PREDICTED)
-BOTH, SEEN = "both", "seen"
 """What is taken for how fast people come nearer."""
+BOTH, SEEN = "both", "seen"
+"""Which arms of people count: both of everybody, or those that are heard of."""
 
 
 @dataclass(frozen=True)
