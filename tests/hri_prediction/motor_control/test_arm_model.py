@@ -1,5 +1,7 @@
 """Kinematics and dynamics of the arm, against Pinocchio, finite differences and the thesis' own table."""
 
+import ctypes
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -10,6 +12,7 @@ from hypothesis import strategies as st
 from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.motor_control import derivation
 from hri_prediction.motor_control.arm_model import PARAMETERS, ArmModel, JointLimits
+from hri_prediction.motor_control.compiled_graph import compiled_graph
 from hri_prediction.motor_control.convention import CONVENTIONS, convention_of
 from hri_prediction.motor_control.inverse import nearest_angles
 from hri_prediction.motor_control.kinematics import (
@@ -44,6 +47,22 @@ def reference(arm: ArmModel) -> tuple[pin.Model, list[int]]:
     return model, list(convention.joints)
 
 
+def compiled_values_of(arm: ArmModel):
+    """The same as they are computed: the code that was compiled, called through ctypes."""
+    pointer = ctypes.POINTER(ctypes.c_double)
+    graph = compiled_graph(arm.convention)
+    function = ctypes.CFUNCTYPE(None, *[pointer] * 4)(graph.values)
+    unused = np.zeros(derivation.OUTPUTS)
+
+    def at(z):
+        out = np.full(derivation.OUTPUTS, np.nan)
+        arrays = (np.ascontiguousarray(z), arm.parameters, unused, out)
+        function(*(array.ctypes.data_as(pointer) for array in arrays))
+        return out
+
+    return at
+
+
 def values_of(arm: ArmModel):
     """The outputs of the derivation at a state, as they are before they are compiled."""
     import casadi as ca
@@ -57,16 +76,17 @@ def values_of(arm: ArmModel):
 def test_torques_are_those_of_pinocchio(convention, rng):
     arm = ArmModel.of_body(1.8, 82.0, convention=convention)
     model, order = reference(arm)
-    data, outputs = model.createData(), values_of(arm)
+    data, outputs, compiled = model.createData(), values_of(arm), compiled_values_of(arm)
     for _ in range(50):
         z = state(rng)
         q, dq, ddq = (z[3 * k : 3 * k + 3][order] for k in range(3))
         expected = np.empty(3)
         expected[order] = pin.rnea(model, data, q, dq, ddq)
-        y = outputs(z)
-        np.testing.assert_allclose(y[3:6], expected, atol=1e-10 * max(1.0, np.abs(expected).max()))
         energy = 2.0 * pin.computeKineticEnergy(model, data, q, dq)
-        assert y[9] == pytest.approx(energy, rel=1e-12, abs=1e-12)
+        allowed = 1e-10 * max(1.0, np.abs(expected).max())
+        for y in (outputs(z), compiled(z)):
+            np.testing.assert_allclose(y[3:6], expected, rtol=0.0, atol=allowed)
+            assert y[9] == pytest.approx(energy, rel=1e-12, abs=1e-12)
 
 
 @pytest.mark.parametrize("convention", CONVENTIONS)

@@ -11,9 +11,10 @@ from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.geometry.warping import warped_distance, warping_path
 from hri_prediction.motor_control.costs import CHAPTER_2, CHAPTER_3, shares
 from hri_prediction.motor_control.ioc import explain, simplex_step
-from hri_prediction.motor_control.law import WeightLaw, explained, fit_law
+from hri_prediction.motor_control.law import WeightLaw, explained, fit_law, mean_postures
 from hri_prediction.motor_control.observed import ObservedReach
 from hri_prediction.motor_control.ocp import NotConverged, ReachSolver
+from hri_prediction.motor_control.problem import ReachProblem
 from hri_prediction.motor_control.search import search
 from hri_prediction.motor_control.uncertainty import certainty
 
@@ -136,6 +137,38 @@ def test_a_law_is_fitted_to_all_paths_at_once(solver, rng):
     np.testing.assert_allclose(
         shares(truth[0], CHAPTER_2, ("hand_jerk", "energy")), truth[0][0] + truth[0][3]
     )
+
+
+def test_repetitions_share_their_weights_but_not_their_ends(solver, rng):
+    """Beside a law of each reach by itself, whose postures are not those that weights hang on."""
+    theta = np.zeros((3, 7))
+    theta[:, 0] = (-0.3, -1.0, -0.6)
+    theta[:, 1:] = rng.normal(0.0, 0.5, (3, 6))
+    law = WeightLaw(CHAPTER_2, theta)
+    reaches, which, truth = [], [], []
+    for number in range(0, 81, 4):
+        task = problem(number)
+        alpha = law.alpha(task.q_start, task.q_end)
+        for sign in (-1.0, 0.0, 1.0):
+            moved = sign * rng.normal(0.0, np.radians(4.0), (2, 3))
+            again = ReachProblem.at_rest(
+                task.q_start + moved[0], task.q_end + moved[1], task.duration * (1.0 + 0.1 * sign)
+            )
+            reaches.append(observed(solver, again, alpha))
+            which.append(f"task {number}")
+            truth.append(alpha)
+
+    def share(alike):
+        fitted = fit_law(lambda _: solver, reaches, alike=alike)
+        ends = mean_postures(reaches, alike or range(len(reaches)))
+        return explained(truth, [fitted.law.alpha(*each) for each in ends])
+
+    shared, apart = share(which), share(())
+    print(f"explained {shared:.4f} with repetitions, {apart:.4f} without")
+    assert shared > 0.95
+    assert shared > apart
+    with pytest.raises(DataError, match="2 names of"):
+        fit_law(lambda _: solver, reaches, alike=["a", "b"])
 
 
 def test_slopes_of_a_law_match_finite_differences(rng):

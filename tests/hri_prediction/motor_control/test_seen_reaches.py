@@ -154,10 +154,28 @@ def test_laws_are_fitted_arm_by_arm(solver, rng, tmp_path, capsys):
     assert all(0.0 <= row["share_at_limits"] <= 1.0 for row in content["reaches"])
     text = (out / "results.md").read_text()
     assert "| ann right | 9 |" in text
-    assert "no law of ben right: 1 reaches, a law needs 8" in text
+    assert "no law of ben right: 1 different reaches, a law needs 8" in text
     arguments = [str(tmp_path / "reaches.npz"), "--out", str(out), "--law", "--costs", "energy"]
     assert main(arguments) == 1
     assert "joint_jerk and one more" in capsys.readouterr().err
+
+
+def test_laws_of_whole_reaches_count_repetitions_once(solver, rng, tmp_path, capsys):
+    tracks = [
+        replace(recorded(solver, 9 * (n // 2), rng, trial=n)[0], task=f"T{n // 2}")
+        for n in range(18)
+    ]
+    save_tracks(tmp_path / "reaches.npz", tracks)
+    out = tmp_path / "out"
+    arguments = [str(tmp_path / "reaches.npz"), "--out", str(out), "--law", "--facing", "90"]
+    assert main([*arguments, "--whole"]) == 0
+    content = json.loads((out / "results.json").read_text())
+    assert content["whole"]
+    (law,) = content["laws"]
+    assert law["reaches"] == 18
+    save_tracks(tmp_path / "reaches.npz", tracks[:8])
+    assert main([*arguments, "--whole"]) == 0
+    assert "4 different reaches, a law needs 8" in (out / "results.md").read_text()
 
 
 @pytest.mark.parametrize(("part", "word"), [((0.0, 0.5), "ends"), ((0.5, 1.0), "begins")])

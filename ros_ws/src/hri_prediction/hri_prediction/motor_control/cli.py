@@ -180,6 +180,14 @@ def fit_ioc(
             "--average", help="Explain the mean of a person's repetitions of a task, not each."
         ),
     ] = False,
+    whole: Annotated[
+        bool,
+        typer.Option(
+            "--whole",
+            help="Reaches are known to go from rest to rest, such as by labels, and are explained as a "
+            "whole. Else they are cut at 5 % of their peak speed, and weights are less sure.",
+        ),
+    ] = False,
     facing: Annotated[
         str,
         typer.Option(
@@ -203,8 +211,8 @@ def fit_ioc(
         bool,
         typer.Option(
             "--law",
-            help="Besides, fit one law of weights by posture to all reaches of each arm. Known much better "
-            "than the weights of one reach where reaches are whole; see docs/motor_control.md.",
+            help="Besides, fit one law of weights by posture to all reaches of each arm: known much better "
+            "than the weights of one reach, with --whole and without --average; see docs/motor_control.md.",
         ),
     ] = False,
     workers: Workers = None,
@@ -235,7 +243,7 @@ def fit_ioc(
         with resumable(console, out), ProgressLine(console) as progress:
             progress.say("reading")
             recordings, unread = read_all(files)
-            people = People(facing, height, mass, convention, average)
+            people = People(facing, height, mass, convention, average, whole)
             reaches, unusable = collect(recordings, people)
             skipped = unread + unusable
             if smoke:
@@ -278,6 +286,7 @@ def fit_ioc(
             "scaling": scaling,
             "convention": convention,
             "average": average,
+            "whole": whole,
             "facing": facing,
             "height_m": height,
             "mass_kg": mass,

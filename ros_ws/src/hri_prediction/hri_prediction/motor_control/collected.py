@@ -11,7 +11,7 @@ from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.evaluation.recordings import Recording
 from hri_prediction.motor_control.arm_model import ArmModel
 from hri_prediction.motor_control.observed import ObservedReach
-from hri_prediction.motor_control.seen import arm_of, mean_of, observe
+from hri_prediction.motor_control.seen import arm_of, at_rest, mean_of, observe
 from hri_prediction.tracks.placement import Placement
 from hri_prediction.tracks.seating import facing_deg
 from hri_prediction.tracks.track import ArmTrack
@@ -28,12 +28,14 @@ class CollectedReach:
         arm: Whose arm it was.
         facing_deg: Where the person was taken to face in the axes of the recording.
         person: Who it was, and which arm.
+        task: Which reach it is; repetitions have the same.
     """
 
     observed: ObservedReach
     arm: ArmModel
     facing_deg: float
     person: str
+    task: str
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,7 @@ class People:
         mass_kg: Of all.
         convention: Of the joint angles.
         average: Whether to take the mean of the repetitions of a person, side and task.
+        whole: Whether reaches are known to go from rest to rest, and are not to be cut.
     """
 
     facing: str
@@ -54,6 +57,7 @@ class People:
     mass_kg: float
     convention: str
     average: bool
+    whole: bool = False
 
 
 def collect(
@@ -105,8 +109,11 @@ def collect(
                     reach.end_s,
                     arm,
                     facing_rad=math.radians(facing),
+                    trim=not people.whole,
                     name=name,
                 )
+                if people.whole:
+                    seen = at_rest(seen)
             except DataError as error:
                 skipped.append(f"{name}: {error}")
                 continue
@@ -117,17 +124,19 @@ def collect(
     found = []
     for key, reaches in groups.items():
         arm, facing = of_group[key]
-        if not people.average:
-            found += [CollectedReach(reach, arm, facing, f"{key[0]} {key[1]}") for reach in reaches]
-            continue
         person, side, task, number = key
+        whose, which = f"{person} {side}", f"{task}.{number}"
+        if not people.average:
+            for index, reach in enumerate(reaches):
+                # Without a task nobody knows what is a repetition of what.
+                own = which if task else f"{which}.{index}"
+                found.append(CollectedReach(reach, arm, facing, whose, own))
+            continue
         name = " ".join(
             part for part in (person, side, task, str(number) if number else "") if part
         )
         try:
-            found.append(
-                CollectedReach(mean_of(reaches, arm, name), arm, facing, f"{person} {side}")
-            )
+            found.append(CollectedReach(mean_of(reaches, arm, name), arm, facing, whose, which))
         except DataError as error:
             skipped.append(str(error))
     return found, skipped

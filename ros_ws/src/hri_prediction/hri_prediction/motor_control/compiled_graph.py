@@ -140,7 +140,7 @@ def compiled_graph(convention: str) -> CompiledGraph:
     """
     path = library_path(convention)
     if not path.exists():
-        _build(convention_of(convention), path)
+        build(convention, path)
     try:
         library = ctypes.CDLL(str(path))
     except OSError as error:
@@ -165,8 +165,17 @@ def _remove_unused(folder: Path) -> None:
                 path.unlink()
 
 
-def _build(convention: Convention, path: Path) -> None:
-    """Derive, compile, and put the result in place in one step, so that others never see half of it."""
+def build(convention: str, path: Path) -> None:
+    """Derive, compile, and put the result in place in one step, so that others never see half of it.
+
+    Args:
+        convention: Its name.
+        path: Where the compiled code is put.
+
+    Raises:
+        ConfigError: there is no such convention.
+        HriError: the code cannot be compiled or kept, and why.
+    """
     import casadi  # takes half a second, and is needed here alone
 
     from hri_prediction.motor_control.derivation import functions
@@ -176,7 +185,7 @@ def _build(convention: Convention, path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=path.parent, prefix="arm_") as folder:
             generator = casadi.CodeGenerator("arm.c", {"with_header": False})
-            for function in functions(convention):
+            for function in functions(convention_of(convention)):
                 generator.add(function)
             source = Path(generator.generate(folder + os.sep))
             source.write_text(source.read_text() + _WRAPPERS)

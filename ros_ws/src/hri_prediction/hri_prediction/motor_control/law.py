@@ -7,12 +7,16 @@ common is. Logarithms of ratios of weights are linear in the joint angles at bot
 
 so that weights stay on the simplex, and the squared distance of all paths to their optima is minimised over
 :math:`\theta` by Gauss-Newton steps (Levenberg and Marquardt), with the derivatives that `ioc` has.
+
+Repetitions of a reach share their weights, those of their mean postures, but each has ends and a duration
+of its own: the mean of their paths is the optimum of nothing, and what it is off by is taken for weights.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +26,7 @@ from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.motor_control.costs import CHAPTER_2, JOINT_JERK, indices_of
 from hri_prediction.motor_control.observed import ObservedReach
 from hri_prediction.motor_control.ocp import NotConverged, ReachSolver
+from hri_prediction.motor_control.problem import ReachProblem
 from hri_prediction.motor_control.scaling import MAXIMUM, scaling_of
 
 Array = NDArray[np.float64]
@@ -109,6 +114,7 @@ def fit_law(
     scaling: str = MAXIMUM,
     steps: int = 15,
     correlated: float = 1.0,
+    alike: Sequence[Hashable] = (),
     progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> FittedLaw:
     """Fit a law to reaches of one person or of many.
@@ -120,18 +126,25 @@ def fit_law(
         scaling: How costs are brought to one range, in each reach.
         steps: At most.
         correlated: So many samples in a row share an error; they count for one in theta_sd.
+        alike: What reach each one is; repetitions have the same. Empty: each one is a reach of its own.
         progress: Called with steps done and their number.
 
     Raises:
         ConfigError: on names that are no costs, or without joint jerk.
-        DataError: without reaches.
+        DataError: without reaches, or when not all or none are said to be alike.
         NotConverged: the lower level was not solved.
     """
     if not reaches:
         raise DataError("no reaches to fit a law to", expected="one or more")
+    if alike and len(alike) != len(reaches):
+        raise DataError(f"{len(alike)} names of {len(reaches)} reaches", expected="one for each")
     names = tuple(names)
     law = WeightLaw(names, np.zeros((len(names) - 1, len(FEATURES))))
-    pooled = [_Pooled(solver_of(each), each, names, scaling) for each in reaches]
+    postures = mean_postures(reaches, alike or range(len(reaches)))
+    pooled = [
+        _Pooled(solver_of(each), each, names, scaling, ends)
+        for each, ends in zip(reaches, postures, strict=True)
+    ]
     samples = sum(each.observed.hand.size for each in pooled)
     squares = sum(each.solve(law) for each in pooled)
     damping, done = 1e-3, 0
@@ -173,6 +186,28 @@ def fit_law(
     )
 
 
+def mean_postures(
+    reaches: Sequence[ObservedReach], alike: Sequence[Hashable]
+) -> list[tuple[Array, Array]]:
+    """Joint angles (3,) and (3,) that repetitions of a reach begin and end in on the average, for each.
+
+    Args:
+        reaches: All of them.
+        alike: What reach each one is.
+    """
+    groups: dict[Hashable, list[ReachProblem]] = defaultdict(list)
+    for reach, which in zip(reaches, alike, strict=True):
+        groups[which].append(reach.problem)
+    means = {
+        which: (
+            np.mean([each.q_start for each in own], axis=0),
+            np.mean([each.q_end for each in own], axis=0),
+        )
+        for which, own in groups.items()
+    }
+    return [means[which] for which in alike]
+
+
 def _normal(pooled: Sequence[_Pooled], law: WeightLaw) -> tuple[Array, Array]:
     """Normal matrix and right side of a Gauss-Newton step, of all reaches."""
     size = law.theta.size
@@ -188,17 +223,21 @@ class _Pooled:
     """One of the reaches."""
 
     def __init__(
-        self, solver: ReachSolver, observed: ObservedReach, names: tuple[str, ...], scaling: str
+        self,
+        solver: ReachSolver,
+        observed: ObservedReach,
+        names: tuple[str, ...],
+        scaling: str,
+        ends: tuple[Array, Array],
     ) -> None:
-        self.solver, self.observed, self.names = solver, observed, names
+        self.solver, self.observed, self.names, self.ends = solver, observed, names, ends
         self.scaling = scaling_of(solver, observed.problem, scaling)
         self.chosen = indices_of(names)
         self._motion = self._tried = self.scaling.optima[JOINT_JERK]
 
     def solve(self, law: WeightLaw) -> float:
         """Squared distance of the path to the optimum of a law; `accept` keeps that."""
-        alpha = law.alpha(self.observed.problem.q_start, self.observed.problem.q_end)
-        weights = self.scaling.weights(alpha, self.names)
+        weights = self.scaling.weights(law.alpha(*self.ends), self.names)
         try:
             self._tried = self.solver.solve(
                 self.observed.problem, weights, self._motion.coefficients
@@ -215,12 +254,12 @@ class _Pooled:
     def linear(self, law: WeightLaw) -> tuple[Array, Array]:
         """Derivative of the path by theta (3 N, p), and what is left to the path seen (3 N,)."""
         problem = self.observed.problem
-        weights = self.scaling.weights(law.alpha(problem.q_start, problem.q_end), self.names)
+        weights = self.scaling.weights(law.alpha(*self.ends), self.names)
         _, by_weights = self.solver.path_derivatives(
             problem, self._tried, weights, self.chosen, self.observed.phases
         )
         by_alpha = by_weights * self.scaling.factors[self.chosen]
-        by_theta = np.tensordot(by_alpha, law.slopes(problem.q_start, problem.q_end), axes=1)
+        by_theta = np.tensordot(by_alpha, law.slopes(*self.ends), axes=1)
         residual = self.observed.hand - self._tried.hand(self.observed.phases, self.solver.arm)
         return by_theta.reshape(residual.size, -1), residual.ravel()
 

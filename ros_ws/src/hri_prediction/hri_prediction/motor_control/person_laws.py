@@ -7,12 +7,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from hri_prediction.errors import HriError
-from hri_prediction.motor_control.batch import Outcome
+from hri_prediction.motor_control.batch import Outcome, correlated
 from hri_prediction.motor_control.collected import CollectedReach
 from hri_prediction.motor_control.law import FEATURES, FittedLaw, fit_law
+from hri_prediction.motor_control.observed import ObservedReach
 from hri_prediction.motor_control.ocp import ReachSolver
 from hri_prediction.motor_control.results_table import markdown
+from hri_prediction.motor_control.seen import are_repetitions
 
 LEAST_REACHES = len(FEATURES) + 1
 """A law has so many parameters for each ratio of weights, and wants one more reach."""
@@ -50,7 +54,8 @@ def fit_person_laws(
         progress: Called with steps done and their number, arm by arm.
 
     Returns:
-        The laws, and a line for each arm that has none.
+        The laws, and a line for each arm that has none. Reaches of one task that begin and end in nearly
+        the same place are repetitions, which share their weights.
 
     Raises:
         ConfigError: without joint jerk, or with one cost alone.
@@ -61,11 +66,14 @@ def fit_person_laws(
             groups[reach.person].append(reach)
     found, left_out = [], []
     for person, own in sorted(groups.items()):
-        if len(own) < LEAST_REACHES:
-            left_out.append(f"{person}: {len(own)} reaches, a law needs {LEAST_REACHES}")
+        alike = _alike(own)
+        if len(set(alike)) < LEAST_REACHES:
+            left_out.append(
+                f"{person}: {len(set(alike))} different reaches, a law needs {LEAST_REACHES}"
+            )
             continue
         try:
-            fitted = _fit(own, names, scaling, progress)
+            fitted = _fit(own, alike, names, scaling, progress)
         except HriError as error:
             left_out.append(f"{person}: {error}")
             continue
@@ -73,8 +81,18 @@ def fit_person_laws(
     return found, left_out
 
 
+def _alike(own: Sequence[CollectedReach]) -> list[str]:
+    """What reach each one is: its task, where all of a task begin and end in nearly the same place."""
+    groups: dict[str, list[ObservedReach]] = defaultdict(list)
+    for each in own:
+        groups[each.task].append(each.observed)
+    repeated = {task for task, seen in groups.items() if are_repetitions(seen)}
+    return [each.task if each.task in repeated else str(n) for n, each in enumerate(own)]
+
+
 def _fit(
     own: Sequence[CollectedReach],
+    alike: Sequence[str],
     names: tuple[str, ...],
     scaling: str,
     progress: Callable[[int, int], None],
@@ -82,7 +100,15 @@ def _fit(
     """The law of reaches of one arm: all of them have the same model."""
     solver = ReachSolver(own[0].arm)
     seen = [each.observed for each in own]
-    return fit_law(lambda _: solver, seen, names, scaling=scaling, progress=progress)
+    return fit_law(
+        lambda _: solver,
+        seen,
+        names,
+        scaling=scaling,
+        correlated=float(np.median([correlated(each) for each in seen])),
+        alike=alike,
+        progress=progress,
+    )
 
 
 def to_mapping(one: PersonLaw) -> dict[str, Any]:
@@ -105,8 +131,8 @@ def law_lines(laws: Sequence[PersonLaw], left_out: Sequence[str]) -> list[str]:
         rows = [(one.person, str(one.reaches), f"{100.0 * one.fitted.rms_m:.2f}") for one in laws]
         text += [
             "log of a weight by that of joint jerk = θ · [1, q_start, q_end], one θ for all reaches of an "
-            "arm (in results.json, with standard deviations). Distance: root mean square of all samples to "
-            "the optima of the law, at the same phase.\n",
+            "arm (in results.json, with standard deviations); repetitions of a task share their weights. "
+            "Distance: root mean square of all samples to the optima of the law, at the same phase.\n",
             markdown(("arm", "reaches", "distance [cm]"), rows),
         ]
     text += [f"- no law of {line}" for line in left_out]

@@ -167,6 +167,14 @@ def observe(
     )
 
 
+def at_rest(reach: ObservedReach) -> ObservedReach:
+    """The same reach, known to begin and to end at rest."""
+    problem = reach.problem
+    return replace(
+        reach, problem=ReachProblem.at_rest(problem.q_start, problem.q_end, problem.duration)
+    )
+
+
 def _misfit(points: Array, angles: Array, arm: ArmModel) -> float:
     """Root mean square distance of elbow and wrist from where the model has them [m]."""
     if not len(points):
@@ -238,6 +246,20 @@ def from_rest(reach: ReachProblem, share: float = CUT_SHARE) -> ReachProblem:
     return ReachProblem.at_rest(reach.q_start, reach.q_end, reach.duration / share)
 
 
+def farthest_ends(reaches: Sequence[ObservedReach]) -> tuple[float, float]:
+    """How far a begin, and an end, is from the mean of all at most [m]: repetitions are near to it."""
+    begin, end = (
+        float(np.linalg.norm(ends - ends.mean(axis=0), axis=1).max())
+        for ends in (np.array([each.hand[index] for each in reaches]) for index in (0, -1))
+    )
+    return begin, end
+
+
+def are_repetitions(reaches: Sequence[ObservedReach]) -> bool:
+    """Whether all of them begin and end in nearly the same place."""
+    return max(farthest_ends(reaches)) <= _ALIKE_M
+
+
 def mean_of(reaches: Sequence[ObservedReach], arm: ArmModel, name: str = "") -> ObservedReach:
     """The mean of repetitions of a reach, by phase: joint angles, velocities at both ends, durations.
 
@@ -246,9 +268,7 @@ def mean_of(reaches: Sequence[ObservedReach], arm: ArmModel, name: str = "") -> 
     """
     if not reaches:
         raise DataError("no repetitions to take the mean of", expected="one or more")
-    for index, where in ((0, "begin"), (-1, "end")):
-        ends = np.array([each.hand[index] for each in reaches])
-        apart = float(np.linalg.norm(ends - ends.mean(axis=0), axis=1).max())
+    for apart, where in zip(farthest_ends(reaches), ("begin", "end"), strict=True):
         if apart > _ALIKE_M:
             raise DataError(
                 f"{name or 'repetitions'}: one {where}s {100.0 * apart:.0f} cm from the mean of all",

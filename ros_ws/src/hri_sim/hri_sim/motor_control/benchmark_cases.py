@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import tempfile
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,23 +16,25 @@ from hri_prediction.errors import HriError
 from hri_prediction.motor_control import design
 from hri_prediction.motor_control.arm_model import ArmModel
 from hri_prediction.motor_control.batch import Job, Outcome, explain_all
+from hri_prediction.motor_control.compiled_graph import build
+from hri_prediction.motor_control.convention import YAW_PITCH
 from hri_prediction.motor_control.costs import CHAPTER_2, CHAPTER_3, COSTS, indices_of
 from hri_prediction.motor_control.ioc import explain
-from hri_prediction.motor_control.law import explained, fit_law
+from hri_prediction.motor_control.law import explained, fit_law, mean_postures
 from hri_prediction.motor_control.multiple_shooting import MultipleShooting
 from hri_prediction.motor_control.observed import ObservedReach, of_angles
 from hri_prediction.motor_control.ocp import Motion, NotConverged, ReachSolver
 from hri_prediction.motor_control.problem import ReachProblem
 from hri_prediction.motor_control.scaling import scaling_of
 from hri_prediction.motor_control.search import search
-from hri_prediction.motor_control.seen import SHARE_OF_PEAK
+from hri_prediction.motor_control.seen import SHARE_OF_PEAK, mean_of
 from hri_sim.motor_control.people import (
     Recorded,
     draw_people,
     measured_arm,
     record,
     see,
-    see_whole,
+    see_each,
 )
 
 Array = NDArray[np.float64]
@@ -50,16 +54,16 @@ class Extent:
     Attributes:
         tasks: Of the 81 of the design, evenly chosen.
         mixes: Random weights for each.
-        reference: Solves by multiple shooting.
+        reference: Solves by multiple shooting, evenly chosen.
         intervals: Of multiple shooting.
-        starts: Other starts for each task.
+        starts: Other starts for each solve.
         inverse: Reaches without noise to explain, with a search beside each.
         people: Of the batch, all tasks each.
     """
 
     tasks: int = 81
     mixes: int = 5
-    reference: int = 40
+    reference: int = 81
     intervals: int = 30
     starts: int = 3
     inverse: int = 60
@@ -76,8 +80,17 @@ def chosen_tasks(count: int) -> list[ReachProblem]:
     return [ReachProblem.at_rest(*every[i][2:]) for i in picked]
 
 
+def build_seconds() -> float:
+    """How long the model of the arm takes to be derived and compiled, where nobody has yet [s]."""
+    with tempfile.TemporaryDirectory() as folder:
+        begun = time.perf_counter()
+        build(YAW_PITCH.name, Path(folder) / "arm.so")
+        return time.perf_counter() - begun
+
+
 def ocp_case(extent: Extent, rng: np.random.Generator, tick: Tick) -> dict[str, Any]:
     """Solve reaches of random mixes of five costs, some of them by multiple shooting too."""
+    built_s = build_seconds()
     arm = ArmModel.of_body()
     solver, reference = ReachSolver(arm), MultipleShooting(arm, extent.intervals)
     tasks = chosen_tasks(extent.tasks)
@@ -108,14 +121,15 @@ def ocp_case(extent: Extent, rng: np.random.Generator, tick: Tick) -> dict[str, 
                 gaps.append(float(np.linalg.norm(apart, axis=1).max()))
                 theirs.append(other.seconds)
                 ratios.append(other.seconds / seconds[-1])
-        if number % extent.mixes == 0:
-            spreads += _other_starts(solver, task, weights, extent.starts, rng)
+        spreads += _other_starts(solver, task, weights, motion, extent.starts, rng)
         tick(number + 1, len(jobs))
     if not gaps:
         raise HriError("no reach was solved both ways", expected="one at least, to compare them")
     return {
+        "build_seconds": built_s,
         "n": len(jobs),
         "converged": converged,
+        "starts_n": len(spreads),
         "median_ms": 1e3 * float(np.median(seconds)),
         "p95_ms": 1e3 * float(np.percentile(seconds, 95.0)),
         "multiple_shooting_n": len(beside),
@@ -128,14 +142,19 @@ def ocp_case(extent: Extent, rng: np.random.Generator, tick: Tick) -> dict[str, 
 
 
 def _other_starts(
-    solver: ReachSolver, task: ReachProblem, weights: Array, count: int, rng: np.random.Generator
+    solver: ReachSolver,
+    task: ReachProblem,
+    weights: Array,
+    motion: Motion,
+    count: int,
+    rng: np.random.Generator,
 ) -> list[float]:
-    """By how much of itself the cost differs when a solve begins elsewhere."""
-    motion = solver.solve(task, weights)
+    """By how much of itself the cost differs when a solve begins elsewhere: about the smoothest motion."""
     cost = float(weights @ motion.costs)
+    smooth = solver.smooth(task)
     found = []
     for _ in range(count):
-        start = motion.coefficients + rng.normal(0.0, _SPREAD_RAD, motion.coefficients.shape)
+        start = smooth + rng.normal(0.0, _SPREAD_RAD, smooth.shape)
         try:
             again = solver.solve(task, weights, start=start)
         except NotConverged:
@@ -234,7 +253,8 @@ def people_case(
     say("recording people")
     jobs: list[Job] = []
     recorded: list[Recorded] = []
-    whole: list[ObservedReach] = []
+    whole: list[list[ObservedReach]] = []
+    cut: list[list[ObservedReach]] = []
     for number, person in enumerate(people):
         recordings = [record(person, start, target, rng) for start, target in pairs]
         arm = measured_arm(person, recordings)
@@ -242,7 +262,9 @@ def people_case(
             jobs.append(Job(len(jobs), see(each, arm), arm))
             recorded.append(each)
         if not number:
-            whole = [see_whole(each, arm) for each in recordings]
+            whole, cut = (
+                [see_each(each, arm, whole=known) for each in recordings] for known in (True, False)
+            )
         tick(number + 1, len(people))
     say("explaining their reaches, on one core")
     begun = time.perf_counter()
@@ -260,7 +282,8 @@ def people_case(
     solver, own = ReachSolver(jobs[0].arm), recorded[first]
     say("fitting a law")
     of_whole = _law(solver, whole, own, tick)
-    of_cut = _law(solver, [job.observed for job in jobs[first]], own, tick)
+    of_cut = _law(solver, cut, own, tick)
+    of_means = _law(solver, [[mean_of(each, jobs[0].arm)] for each in whole], own, tick)
     return {
         "batch": {
             "n": len(jobs),
@@ -269,26 +292,42 @@ def people_case(
         },
         "composite": _composite(outcomes[first], truth[first]),
         "law": {
-            "n": len(whole),
             **of_whole,
             "r2_single_reaches": explained(truth[first], single),
             "cut": of_cut,
+            "means": of_means,
         },
     }
 
 
 def _law(
-    solver: ReachSolver, seen: Sequence[ObservedReach], recorded: Sequence[Recorded], tick: Tick
+    solver: ReachSolver,
+    seen: Sequence[Sequence[ObservedReach]],
+    recorded: Sequence[Recorded],
+    tick: Tick,
 ) -> dict[str, float]:
-    """Fit a law to reaches of one person; how much of the true weights it explains."""
+    """Fit a law to reaches of one person; how much of the true weights it explains.
+
+    Args:
+        solver: Of the person's arm.
+        seen: Of each reach its repetitions.
+        recorded: Of each what was recorded.
+        tick: Told how far it is.
+    """
     chosen = indices_of(CHAPTER_2)
+    every = [each for own in seen for each in own]
+    which = [number for number, own in enumerate(seen) for _ in own]
     truth = [
-        one.alpha_with(scaling_of(solver, each.problem).factors[chosen])
-        for one, each in zip(recorded, seen, strict=True)
+        recorded[number].alpha_with(scaling_of(solver, each.problem).factors[chosen])
+        for number, each in zip(which, every, strict=True)
     ]
-    fitted = fit_law(lambda _: solver, seen, progress=tick)
-    found = [fitted.law.alpha(each.problem.q_start, each.problem.q_end) for each in seen]
-    return {"r2_truth": explained(truth, found), "rms_cm": 100.0 * fitted.rms_m}
+    fitted = fit_law(lambda _: solver, every, alike=which, progress=tick)
+    found = [fitted.law.alpha(*ends) for ends in mean_postures(every, which)]
+    return {
+        "n": len(every),
+        "r2_truth": explained(truth, found),
+        "rms_cm": 100.0 * fitted.rms_m,
+    }
 
 
 def _composite(outcomes: Sequence[Outcome], truth: Sequence[Array]) -> dict[str, Any]:

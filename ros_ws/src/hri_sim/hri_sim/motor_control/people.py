@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ from hri_prediction.motor_control.observed import ObservedReach
 from hri_prediction.motor_control.ocp import Motion, NotConverged, ReachSolver
 from hri_prediction.motor_control.problem import ReachProblem
 from hri_prediction.motor_control.scaling import rescaled, scaling_of
-from hri_prediction.motor_control.seen import arm_of, mean_of, observe, to_recording
+from hri_prediction.motor_control.seen import arm_of, at_rest, mean_of, observe, to_recording
 from hri_prediction.tracks.track import ArmTrack
 
 Array = NDArray[np.float64]
@@ -206,29 +206,31 @@ def see(recorded: Recorded, arm: ArmModel) -> ObservedReach:
         recorded: What was recorded.
         arm: What is known of the person's arm.
     """
-    reaches = [
-        observe(track, float(begin), float(end), arm, facing_rad=FACING_RAD, name=track.task)
-        for track, (begin, end) in zip(recorded.tracks, recorded.ends, strict=True)
-    ]
+    reaches = see_each(recorded, arm, whole=False)
     return mean_of(reaches, arm, f"{recorded.tracks[0].subject} {recorded.tracks[0].task}")
 
 
-def see_whole(recorded: Recorded, arm: ArmModel) -> ObservedReach:
-    """The mean of the repetitions from rest to rest, for somebody who knows when each began and ended.
+def see_each(recorded: Recorded, arm: ArmModel, *, whole: bool) -> list[ObservedReach]:
+    """Each repetition, as `scripts/fit_ioc.py` has them.
 
     Args:
         recorded: What was recorded.
         arm: What is known of the person's arm.
+        whole: Whether it is known when each began and ended, so that it is whole, from rest to rest.
     """
-    reaches = []
-    for track, (begin, end) in zip(recorded.tracks, recorded.ends, strict=True):
-        seen = observe(
-            track, float(begin), float(end), arm, facing_rad=FACING_RAD, trim=False, name=track.task
+    reaches = [
+        observe(
+            track,
+            float(begin),
+            float(end),
+            arm,
+            facing_rad=FACING_RAD,
+            trim=not whole,
+            name=track.task,
         )
-        problem = seen.problem
-        rest = ReachProblem.at_rest(problem.q_start, problem.q_end, problem.duration)
-        reaches.append(replace(seen, problem=rest))
-    return mean_of(reaches, arm, f"{recorded.tracks[0].subject} {recorded.tracks[0].task}")
+        for track, (begin, end) in zip(recorded.tracks, recorded.ends, strict=True)
+    ]
+    return [at_rest(each) for each in reaches] if whole else reaches
 
 
 def measured_arm(person: Reacher, recordings: list[Recorded]) -> ArmModel:
