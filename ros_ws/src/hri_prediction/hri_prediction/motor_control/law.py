@@ -9,7 +9,7 @@ so that weights stay on the simplex, and the squared distance of all paths to th
 :math:`\theta` by Gauss-Newton steps (Levenberg and Marquardt), with the derivatives that `ioc` has.
 
 Repetitions of a reach share their weights, those of their mean postures, but each has ends and a duration
-of its own: the mean of their paths is the optimum of nothing, and what it is off by is taken for weights.
+of its own: the mean of their paths is the optimum of nothing.
 """
 
 from __future__ import annotations

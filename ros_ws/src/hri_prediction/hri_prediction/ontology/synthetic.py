@@ -23,7 +23,8 @@ from hri_prediction.ontology.upper_body import Geometry, points_of
 
 FloatArray = NDArray[np.float64]
 
-_STEP = 1e-6
+_STEP = 1e-5
+"""Of central differences [m, rad]: what they are off by decides how optimal a movement can become."""
 
 
 @njit
@@ -59,15 +60,15 @@ def _nearness_gradient(
     total = 0.0
     for row in range(path.shape[0]):
         q = path[row].copy()
-        here = _nearness(q, partner[row], body, length, weights, room)
-        total += here
+        total += _nearness(q, partner[row], body, length, weights, room)
         for joint in range(q.shape[0]):
             kept = q[joint]
             q[joint] = kept + _STEP
-            out[row, joint] = (
-                _nearness(q, partner[row], body, length, weights, room) - here
-            ) / _STEP
+            ahead = _nearness(q, partner[row], body, length, weights, room)
+            q[joint] = kept - _STEP
+            behind = _nearness(q, partner[row], body, length, weights, room)
             q[joint] = kept
+            out[row, joint] = (ahead - behind) / (2.0 * _STEP)
     return total
 
 
@@ -133,6 +134,7 @@ def optimal_movement(
         np.zeros(shape[0] * shape[1]),
         jac=True,
         method="L-BFGS-B",
-        options={"maxiter": 500, "ftol": 1e-11, "gtol": 1e-9},
+        # To where rounding ends the line search: what is learnt from is how the cost rises about it.
+        options={"maxiter": 1000, "maxfun": 3000, "maxcor": 30, "ftol": 0.0, "gtol": 1e-12},
     )
     return replace(movement, joints=bent(found.x))

@@ -314,11 +314,10 @@ def _law(
         recorded: Of each what was recorded.
         tick: Told how far it is.
     """
-    chosen = indices_of(CHAPTER_2)
     every = [each for own in seen for each in own]
     which = [number for number, own in enumerate(seen) for _ in own]
     truth = [
-        recorded[number].alpha_with(scaling_of(solver, each.problem).factors[chosen])
+        _true_weights(recorded[number], each, solver)
         for number, each in zip(which, every, strict=True)
     ]
     fitted = fit_law(lambda _: solver, every, alike=which, progress=tick)
@@ -328,6 +327,14 @@ def _law(
         "r2_truth": explained(truth, found),
         "rms_cm": 100.0 * fitted.rms_m,
     }
+
+
+def _true_weights(recorded: Recorded, seen: ObservedReach, solver: ReachSolver) -> Array:
+    """True weights of a repetition: with the factors of the whole, or with those of what was cut out."""
+    if not (seen.problem.v_start.any() or seen.problem.v_end.any()):
+        return recorded.alpha
+    factors = scaling_of(solver, seen.problem).factors
+    return recorded.alpha_with(factors[indices_of(CHAPTER_2)])
 
 
 def _composite(outcomes: Sequence[Outcome], truth: Sequence[Array]) -> dict[str, Any]:
