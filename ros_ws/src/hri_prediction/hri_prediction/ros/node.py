@@ -114,7 +114,7 @@ class HriNode(PollingNode):
         self._worked_s = 0.0
         # Compiled kernels at the first tick: none may be added afterwards.
         self._variants: dict[str, int] | None = None
-        self._next_diagnostics_ns = self._told_ns = 0
+        self._next_diagnostics_ns = self._diagnosed_ns = 0
         self._started_ns = 0
         self._diagnostics = Diagnostics(self, self._inbox.dropped)
         self._timer: Any = None
@@ -252,7 +252,7 @@ class HriNode(PollingNode):
         self._diagnostics.ticked(self._worked_s - start, self.period_s)
         if now >= self._next_diagnostics_ns:
             starting = not self.lockstep and 0 <= now - self._started_ns < STARTING_NS
-            self._told_ns = now
+            self._diagnosed_ns = now
             self._next_diagnostics_ns = now + (STARTING_PERIOD_NS if starting else NANO)
             self._diagnostics.tell(now)
         elif self._next_diagnostics_ns - now > 2 * NANO:  # the clock went back
@@ -287,7 +287,7 @@ class HriNode(PollingNode):
     def fault(self, key: str, text: str, level: bytes = WARN) -> None:
         """Note a fault: said in the log when it is new, on /diagnostics at once and for five seconds."""
         if self._diagnostics.fault(key, text, level):
-            soon_ns = self._told_ns + NEWS_PERIOD_NS
+            soon_ns = self._diagnosed_ns + NEWS_PERIOD_NS
             self._next_diagnostics_ns = min(self._next_diagnostics_ns, soon_ns)
             if level == ERROR:  # two calls: rclpy refuses another severity from the same one
                 self.get_logger().error(text)
