@@ -127,10 +127,11 @@ def collect(
         person, side, task, number = key
         whose, which = f"{person} {side}", f"{task}.{number}"
         if not people.average:
-            for index, reach in enumerate(reaches):
-                # Without a task nobody knows what is a repetition of what.
-                own = which if task else f"{which}.{index}"
-                found.append(CollectedReach(reach, arm, facing, whose, own))
+            # Without a task nobody knows what is a repetition of what.
+            found += [
+                CollectedReach(each, arm, facing, whose, which if task else f"{which}.{index}")
+                for index, each in enumerate(reaches)
+            ]
             continue
         name = " ".join(
             part for part in (person, side, task, str(number) if number else "") if part
