@@ -46,8 +46,7 @@ STANDSTILL_S = 0.25
 STARTING_NS = 10 * NANO
 """For so long after its first tick a node speaks more often: who starts a graph waits for that [ns]."""
 STARTING_PERIOD_NS = NANO // 5
-NEWS_PERIOD_NS = NANO // 10
-"""A fault that is new is told at once, but so long after what was told last, at least [ns]."""
+NEWS_PERIOD_NS = NANO // 10  # a new fault is told so long after what was told last, at least [ns]
 """How often it does so then [ns]."""
 COUNTED_DROPS = 50
 """So many messages that newer ones push out between two ticks are counted; of more, the rest is not."""
