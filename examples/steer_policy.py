@@ -19,7 +19,7 @@ from hri_planner.policy.runner import PolicyRunner
 from hri_planner.policy.separation import SeparationConfig
 from hri_planner.rnn.model_file import find_policy, load_policy
 from hri_prediction.errors import DataError, HriError
-from hri_sim.people.motion import minimum_jerk
+from hri_prediction.geometry.minimum_jerk import minimum_jerk
 
 START, GOAL, LATER_GOAL = (
     np.array(place) for place in ((0.45, -0.35, 0.25), (0.45, 0.25, 0.20), (0.45, 0.35, 0.35))

@@ -1,4 +1,4 @@
-"""Lines of the table of faults with real processes, once: of each kind, not of each node."""
+"""Lines of the table of faults with real processes, each once."""
 
 from __future__ import annotations
 
@@ -8,22 +8,12 @@ from pathlib import Path
 import pytest
 
 from hri_sim.faults.catalogue import FAULTS
+from hri_sim.faults.processes import PROCESS_FAULTS
 from hri_sim.faults.sources import MOCAP_LIVE
 from hri_sim.reliability.fault import Fault, Place, Result, Stays
 
 NAMES = (
-    "kill_ptomp",
-    "kill_recorder",
-    "freeze_simulator",
-    "freeze_predictor",
-    "kill_separation_monitor",
-    "freeze_separation_monitor",
-    "kill_observer",
-    "freeze_adaptation",
-    "kill_replayer",
-    "freeze_dyad",
-    "kill_interaction_monitor",
-    "kill_mocap_live",
+    *(fault.name for fault in PROCESS_FAULTS),
     "disk_full",
     "unwritable_folder",
     "recorder_rate",

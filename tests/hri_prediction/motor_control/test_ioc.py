@@ -19,6 +19,15 @@ from hri_prediction.motor_control.search import search
 from hri_prediction.motor_control.uncertainty import certainty
 
 
+@pytest.mark.parametrize(
+    "start",
+    [[0.5, 0.6, 0.0, 0.0], [1.5, -0.5, 0.0, 0.0], [0.5, np.nan, 0.25, 0.25], [1.0], [0.0] * 4],
+)
+def test_starts_off_the_simplex_are_refused(solver, start):
+    with pytest.raises(DataError, match="alpha"):
+        explain(solver, observed(solver, problem(0), np.full(4, 0.25)), start=start)
+
+
 @pytest.mark.parametrize("names", [CHAPTER_2, CHAPTER_3])
 def test_weights_are_found_again(solver, rng, names):
     for number in (0, 17, 44, 80):

@@ -24,6 +24,7 @@ from hri_prediction.motor_control.costs import (
     COSTS,
     Smoothing,
     check_simplex,
+    check_weights,
     indices_of,
 )
 from hri_prediction.motor_control.multiple_shooting import MultipleShooting
@@ -239,6 +240,8 @@ def test_multiple_shooting_finds_the_same(arm, solver, rng):
         np.testing.assert_allclose(
             other.costs[indices_of(CHAPTER_2)], motion.costs[indices_of(CHAPTER_2)], rtol=0.02
         )
+    with pytest.raises(DataError, match="at least one more than 0"):
+        reference.solve(problem(4), np.zeros(7))
     with pytest.raises(DataError, match="at rest"):
         reference.solve(
             ReachProblem.moving([0.0, 0.0, 0.5], [0.0, 1.0, 0.5], 1.0, np.ones(3), np.zeros(3)),
@@ -281,6 +284,8 @@ def test_what_no_joint_or_weight_can_be_is_refused(solver):
     with pytest.raises(DataError, match=r"ends with q3 = -28\.6 deg.*0 to 150"):
         solver.solve(ReachProblem.at_rest([0, 0, 0.5], [0, 1, -0.5], 1.0), np.ones(7))
     for weights in (np.ones(6), -np.ones(7), np.zeros(7), np.full(7, np.nan)):
+        with pytest.raises(DataError, match="weights"):
+            check_weights(weights)
         with pytest.raises(DataError, match="weights"):
             solver.solve(problem(0), weights)
     for alpha in ([0.5, 0.6, 0.0, 0.0], [1.5, -0.5, 0.0, 0.0], [0.5, np.nan, 0.25, 0.25], [1.0]):

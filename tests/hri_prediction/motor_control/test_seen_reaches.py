@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from drawn import observed, optimum, problem
+from drawn import ALPHA, observed, optimum, problem, recorded
 
 from hri_prediction.errors import DataError
 from hri_prediction.evaluation.recordings import make_recording
@@ -24,28 +24,6 @@ from hri_prediction.motor_control.seen import (
 from hri_prediction.tracks.files import save_tracks
 from hri_prediction.tracks.segmentation import SegmentationConfig
 from hri_prediction.tracks.track import ArmTrack
-
-REST_S = 0.4
-ALPHA = np.array([0.3, 0.4, 0.1, 0.2])
-
-
-def recorded(solver, number, rng, *, noise=0.0, side="right", facing=0.5 * np.pi, trial=0, task=""):
-    """A recording of a simulated reach, with rest before and after it, and when it begins and ends."""
-    reach = problem(number)
-    motion, _ = optimum(solver, reach, ALPHA)
-    rate = 250.0
-    time_s = np.arange(round((reach.duration + 2 * REST_S) * rate)) / rate
-    phases = np.clip((time_s - REST_S) / reach.duration, 0.0, 1.0)
-    elbow, wrist = elbow_and_wrist(motion.angles(phases), solver.arm)
-    points = np.zeros((len(time_s), 4, 3))
-    points[:, 1], points[:, 2] = elbow, wrist
-    points[:, 3] = wrist + 0.08 * (wrist - elbow) / solver.arm.forearm_m
-    points = to_recording(points, facing, side) + np.array([0.3, -0.2, 1.1])
-    points += rng.normal(0.0, noise, points.shape) if noise else 0.0
-    track = ArmTrack(
-        time_s, points, side=side, subject="ann", task=task or f"task{number}", trial=trial
-    )
-    return track, REST_S, REST_S + reach.duration
 
 
 @pytest.mark.parametrize("side", ["right", "left"])

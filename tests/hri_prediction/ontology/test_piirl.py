@@ -7,13 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import approx_fprime
+from two_arms import arm_track
 
 from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.ontology.costs import COSTS, NUMBER, path_costs
 from hri_prediction.ontology.features import pair_features
-from hri_prediction.ontology.movements import Movement
+from hri_prediction.ontology.movements import Movement, movements_of
 from hri_prediction.ontology.piirl import cosine, learn, negative_log_likelihood
-from hri_prediction.ontology.sampling import WAVES, draw_around, third_differences
+from hri_prediction.ontology.sampling import BEYOND, WAVES, draw_around, third_differences
 from hri_prediction.ontology.synthetic import optimal_movement, total_cost
 from hri_prediction.ontology.upper_body import NEUTRAL, UpperBody
 
@@ -165,6 +166,32 @@ def test_costs_are_nearness_over_time_and_unsmoothness() -> None:
         np.testing.assert_allclose(found[row, :25], 0.02 * np.exp(-distances / 0.2).sum(axis=0))
         padded = np.concatenate((one[:1], one[:1], one[:1], one, one[-1:], one[-1:], one[-1:]))
         assert found[row, 25] == pytest.approx((np.diff(padded, 3, axis=0) ** 2).sum())
+
+
+def test_a_movement_that_was_cut_is_not_rough_where_it_was_cut() -> None:
+    """It goes on as it did: a sudden rest would be rougher than all of it."""
+    time = np.linspace(0.0, 1.0, 46)[:, None]
+    whole = np.sin(2.0 * time) * np.linspace(0.1, 0.5, 14)
+    inner = slice(BEYOND, -BEYOND)
+    ends = whole[:BEYOND], whole[-BEYOND:]
+    cut = path_costs(BODY, whole[None, inner], partner(40), 0.02, beyond=ends)[0, 25]
+    assert cut == pytest.approx((np.diff(whole, 3, axis=0) ** 2).sum())
+    assert cut < 0.01 * path_costs(BODY, whole[None, inner], partner(40), 0.02)[0, 25]
+
+
+def test_movements_of_recordings_know_what_was_beyond() -> None:
+    tracks = (
+        arm_track([(0.5, 0.8, 0.3), (1.35, 0.8, -0.3)], 3.5),
+        arm_track([], 3.5, away=0.6, name="b"),
+    )
+    found = movements_of(tracks)
+    assert len(found) >= 1
+    for movement in found:
+        assert movement.beyond is not None
+        before, after = movement.beyond
+        assert before.shape == after.shape == (BEYOND, 14)
+        apart = np.abs(np.diff(np.concatenate((before, movement.joints, after)), axis=0)).max()
+        assert apart < 0.1
 
 
 def test_nearer_costs_more() -> None:

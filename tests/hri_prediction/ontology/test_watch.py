@@ -164,6 +164,35 @@ def test_an_arm_that_is_lost_on_its_way() -> None:
     assert first.reason == "the arm was lost sight of"
 
 
+def test_an_arm_that_stays_lost_on_its_way_is_told_of_at_once() -> None:
+    points = A.keypoints.copy()
+    points[A.time_s > 0.8] = np.nan
+    watch, told = DyadWatch(), []
+    for agent, sample in merged((dataclasses.replace(A, keypoints=points), B)):
+        told += [(sample.stamp_ns, segment) for segment in watch.push(agent, sample)]
+        if sample.stamp_ns > 0.95e9:
+            assert not watch.moving(0)
+    (when_ns, first), *others = told
+    assert (first.agent, first.reason) == (0, "the arm was lost sight of")
+    assert first.end_ns == pytest.approx(0.8e9, abs=5e6)
+    assert when_ns < 0.95e9
+    assert {segment.agent for _, segment in others} == {1}
+
+
+def test_identities_that_swap_at_rest_are_told_of() -> None:
+    watch = DyadWatch()
+    jumps = []
+    for agent, sample in merged((A, B)):
+        if sample.stamp_ns > 0.3e9:
+            break
+        swapped = 1 - agent if sample.stamp_ns > 0.2e9 else agent
+        watch.push(swapped, sample)
+        jumps.append(watch.jump)
+    told = [jump for jump in jumps if jump]
+    assert len(told) == 2
+    assert all(jump.startswith("the wrist jumped by ") for jump in told)
+
+
 def test_identities_that_swap_end_what_is_under_way() -> None:
     swap = A.time_s > 1.0
     one = np.where(swap[:, None, None], B.keypoints, A.keypoints)

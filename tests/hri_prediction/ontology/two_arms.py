@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from hri_prediction.geometry.minimum_jerk import minimum_jerk
 from hri_prediction.tracks.track import ArmTrack
 
 RATE_HZ = 250.0
 _ARM = np.array([[0.0, 0.0, 0.4], [0.1, 0.0, 0.15], [0.3, 0.0, 0.1], [0.4, 0.0, 0.1]])
-
-
-def minimum_jerk(share: np.ndarray) -> np.ndarray:
-    s = np.clip(share, 0.0, 1.0)
-    return 10 * s**3 - 15 * s**4 + 6 * s**5
 
 
 def arm_track(

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hri_prediction.geometry.minimum_jerk import minimum_jerk
 from hri_sim.dyads.drawing import draw_reaches
 from hri_sim.dyads.hands import LAWS, STEP_S, Reaches, simulate
 from hri_sim.dyads.recording import SECONDS, draw_encounters
 from hri_sim.dyads.setups import draw_setup, draw_setups
-from hri_sim.people.motion import minimum_jerk
 
 RNG = np.random.default_rng
 DURATION_S = 3.2

@@ -203,12 +203,12 @@ def test_known_costs_are_found_again(tmp_path: Path) -> None:
         print(one)
         assert one.agreement["known"] > 0.99
         assert one.agreement["known"] > one.flat
-        assert min(one.cosines["known"], one.apart["known"]) > 0.8
+        assert min(one.cosines["known"], one.merged["known"]) > 0.8
         assert 0.005 < one.bend < 1.5
     for joints in (ALL_JOINTS, ARM):  # the chapter's bar
         own = [one for one in found if one.joints == joints]
         assert np.median([one.cosines["known"] for one in own]) >= 0.95
-        assert np.median([one.apart["known"] for one in own]) >= 0.95
+        assert np.median([one.merged["known"] for one in own]) >= 0.95
     wanted = [one.cosines["known"] >= 0.95 for one in found if one.joints == ARM]
     assert cosine_results(found)["piirl_cosine_arm_share"] == pytest.approx(
         np.mean(wanted), abs=1e-4

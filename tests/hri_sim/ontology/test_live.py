@@ -10,11 +10,25 @@ MS = 1_000_000
 
 
 def told(
-    at_ms: int, number: int, *, first: str = "a", end_ms: int = 0, newest_ms: int | None = None
+    at_ms: int,
+    number: int,
+    *,
+    first: str = "a",
+    end_ms: int = 0,
+    newest_ms: int = 1195,
+    until_ms: int = 1000,
 ) -> Heard:
     """Of a movement that began after 0.1 s; of one that is over where an end is given."""
-    newest_ms = 1195 if newest_ms is None else newest_ms
-    return Heard(at_ms * MS, end_ms > 0, first, number, 100 * MS, end_ms * MS, newest_ms * MS)
+    return Heard(
+        at_ms * MS,
+        end_ms > 0,
+        first,
+        number,
+        100 * MS,
+        end_ms * MS,
+        newest_ms * MS,
+        (end_ms or until_ms) * MS,
+    )
 
 
 def test_times_count_from_the_end_of_the_movement() -> None:
@@ -22,6 +36,7 @@ def test_times_count_from_the_end_of_the_movement() -> None:
         told(990, 3, newest_ms=985),  # before the end
         told(1005, 3, newest_ms=998),  # after it, but of samples before it
         told(1010, 7, first="b"),  # somebody else's
+        told(1015, 3, until_ms=980),  # of features before it
         told(1030, 2),
         told(1070, 3),
         told(1200, 3, end_ms=1000),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from hri_planner.robot import load_robot
 from hri_sim.benchmark.outcome import Execution
 from hri_sim.ontology import planned
-from hri_sim.ontology.planned import NONE, Way, effect, effect_lines
+from hri_sim.ontology.planned import NONE, Way, crossed, effect, effect_lines
 
 
 def way(condition: int, case: str, shift: float, cost: float, seconds: float | None = 1.5) -> Way:
@@ -36,6 +37,16 @@ def test_the_effect_is_of_the_same_reaches() -> None:
     assert found["seconds"] == 0.0
     assert (found["ok_without"], found["ok_with"]) == (1.0, 0.5)
     assert "| case_3 | 2 | 3.0 cm | -15.0 % | 100 % |" in "\n".join(effect_lines(ways, ["case_3"]))
+
+
+def test_costs_are_crossed_with_those_of_other_cases() -> None:
+    names = ["case_1", "case_3"]
+    ways = [
+        replace(way(0, case, 0.0, 1.0), costs={"case_1": one, "case_3": three})
+        for case, one, three in ((NONE, 1.0, 2.0), ("case_1", 0.9, 2.0), ("case_3", 0.95, 1.0))
+    ]
+    np.testing.assert_allclose(crossed(ways, names, 2.0), [[-10.0, 0.0], [-5.0, -50.0]])
+    assert "| case_3 | -5.0 % | -50.0 % |" in "\n".join(effect_lines(ways, names))
 
 
 def test_the_learnt_cost_is_less_farther_away() -> None:

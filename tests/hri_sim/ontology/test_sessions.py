@@ -19,6 +19,7 @@ from hri_sim.ontology.sessions import (
     setup_of,
     table_of_session,
 )
+from hri_sim.ontology.sweep import edges_kept
 
 SHORT = DyadStudy(encounters=3)
 
@@ -64,6 +65,17 @@ def test_jitter_moves_shared_spaces_together() -> None:
     for setup in (still, moved):
         np.testing.assert_allclose(setup.places[0, 0], setup.places[1, 1])
         np.testing.assert_allclose(setup.places[0, 1], setup.places[1, 0])
+
+
+def test_without_jitter_all_sessions_have_the_edges_of_their_case() -> None:
+    sessions = sessions_of(SHORT, 0)
+    still = replace(SHORT, layout_jitter=0.0, person_jitter=0.0)
+    assert edges_kept(sessions, still) == (1.0, 0.0)
+    kept, other = edges_kept(sessions, SHORT)
+    assert 0.0 < kept < 1.0
+    assert kept + other <= 1.0
+    wild_kept, _ = edges_kept(sessions, replace(SHORT, layout_jitter=0.15))
+    assert wild_kept < kept
 
 
 def test_people_are_themselves_in_every_session() -> None:

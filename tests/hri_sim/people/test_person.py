@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hri_prediction.errors import PlanningError
-from hri_sim.people.motion import minimum_jerk
+from hri_prediction.geometry.minimum_jerk import minimum_jerk
 from hri_sim.people.person import SimulatedPerson, nominal_motion_of
 from hri_sim.scenario.schema import PersonSpec
 

@@ -17,8 +17,9 @@ from hri_planner.ptomp.costs import CostModel
 from hri_planner.ptomp.optimizer import Optimizer
 from hri_planner.robot import RobotModel, load_robot, solve_ik
 from hri_prediction.benchmarks.promp_cases import Case, Progress, draw_library
-from hri_prediction.benchmarks.reaches import TARGETS, draw_reach, minimum_jerk
+from hri_prediction.benchmarks.reaches import TARGETS, draw_reach
 from hri_prediction.benchmarks.timing import Contender, time_in_turn
+from hri_prediction.geometry.minimum_jerk import minimum_jerk
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.output import ReachState
 from hri_prediction.prediction.predictor import ReachPredictor

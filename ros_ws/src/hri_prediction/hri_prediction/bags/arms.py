@@ -21,28 +21,38 @@ TRUE = re.compile(r"^(?:.*/)?sim/bodies/(?P<body>[^/]+)/arm$")
 
 
 def arm_samples(
-    bag: BagReader, pattern: re.Pattern[str] = TRACKED
+    bag: BagReader, pattern: re.Pattern[str] = TRACKED, *, one_frame: bool = False
 ) -> dict[tuple[str, str], list[ArmSample]]:
     """Samples of every arm in a bag, in the order of receipt.
 
     Args:
         bag: The bag.
         pattern: Topics to take, with a group ``body``.
+        one_frame: Whether all must be in the same frame, as where distances between arms are taken.
 
     Returns:
         Samples by body id and side; an arm of which nothing was recorded is absent.
 
     Raises:
-        DataError: the bag is damaged, or its arms cannot be decoded here.
+        DataError: the bag is damaged, its arms cannot be decoded here, or frames are not one.
     """
     found: dict[tuple[str, str], list[ArmSample]] = {}
-    for body, sample in _samples(bag, pattern):
+    frames: dict[str, str] = {}
+    for body, sample, frame in _samples(bag, pattern):
+        frames.setdefault(frame, body)
+        if one_frame and len(frames) > 1:
+            told = " and ".join(f"{name!r} ({whose})" for name, whose in frames.items())
+            raise DataError(
+                f"{bag.path} has arms in frames {told}",
+                expected="one frame",
+                hint="distances between them mean nothing; transform one of them first",
+            )
         found.setdefault((body, sample.side), []).append(sample)
     return found
 
 
-def _samples(bag: BagReader, pattern: re.Pattern[str]) -> Iterator[tuple[str, ArmSample]]:
-    """Body id and sample, in the order of receipt."""
+def _samples(bag: BagReader, pattern: re.Pattern[str]) -> Iterator[tuple[str, ArmSample, str]]:
+    """Body id, sample and its frame, in the order of receipt."""
     topics = {
         name: match["body"]
         for name, info in bag.topics.items()
@@ -50,12 +60,13 @@ def _samples(bag: BagReader, pattern: re.Pattern[str]) -> Iterator[tuple[str, Ar
     }
     for message in bag.messages(topics) if topics else ():
         try:
-            sample = sample_of(message.decode())
+            arm = message.decode()
+            sample = sample_of(arm)
         except DataError as error:
             raise DataError(
                 f"{bag.path}: {error.problem}", expected=error.expected, hint=error.hint
             ) from error
-        yield topics[message.topic], sample
+        yield topics[message.topic], sample, arm.header.frame_id
 
 
 def sample_of(message: Any) -> ArmSample:
@@ -95,7 +106,7 @@ def arm_tracks(
     tracks: list[ArmTrack] = []
     bodies: dict[str, list[list[ArmSample]]] = {}
     newest: dict[tuple[str, str], list[ArmSample]] = {}
-    for body, sample in _samples(bag, pattern):
+    for body, sample, _ in _samples(bag, pattern):
         piece = newest.get((body, sample.side))
         step = sample.stamp_ns - piece[-1].stamp_ns if piece else -1
         if step == 0:

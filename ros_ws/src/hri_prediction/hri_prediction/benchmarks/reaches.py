@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hri_prediction.geometry.minimum_jerk import minimum_jerk
 from hri_prediction.promp.regression import Demonstration
 from hri_prediction.tracks.track import ArmTrack
 
@@ -21,13 +22,6 @@ TARGETS = {
 }
 """Where the wrist goes, relative to the shoulder [m]."""
 REST_S = 0.5
-
-
-def minimum_jerk(phases: Array) -> Array:
-    """Share of the way at ``phases``, held at both ends."""
-    z = np.clip(phases, 0.0, 1.0)
-    share: Array = z**3 * (10.0 - 15.0 * z + 6.0 * z**2)
-    return share
 
 
 def draw_demonstrations(

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from hri_prediction.errors import DataError
 from hri_prediction.evaluation.observation import POINTS, Example, Observation
 from hri_prediction.evaluation.replay import Forecast
+from hri_prediction.geometry.minimum_jerk import minimum_jerk
 
 Array = NDArray[np.float64]
 NOISE_SD = 0.002
@@ -61,13 +62,6 @@ def _scatter(points: Array) -> Array:
     share = (1.0 + 1.0 / count) / max(count - 1, 1)
     spread: Array = share * total + NOISE_SD**2 * np.eye(3)
     return spread
-
-
-def minimum_jerk(phases: Array) -> Array:
-    """Share of the way at each phase, clipped to [0, 1] (Flash & Hogan 1985)."""
-    z = np.clip(phases, 0.0, 1.0)
-    share: Array = z**3 * (10.0 - 15.0 * z + 6.0 * z**2)
-    return share
 
 
 class MinimumJerk:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hri_prediction.errors import DataError
+from hri_prediction.geometry.minimum_jerk import minimum_jerk
 from hri_prediction.hybrid.body import BodyArm
 from hri_prediction.motor_control.arm_model import ArmModel, JointLimits
 from hri_prediction.motor_control.ocp import Motion, NotConverged, ReachSolver
@@ -133,7 +134,7 @@ def optimal_path(
         fade = _remaining(values)
     except NotConverged as error:
         why_not = error.problem
-        rise = _minimum_jerk(phases)[:, None]
+        rise = minimum_jerk(phases)[:, None]
         ends = body.positions(np.stack([q_start, q_end]))
         values = ends[0] + rise * (ends[1] - ends[0])
         fade = 1.0 - rise
@@ -171,7 +172,7 @@ def straight_path(
     phases = np.linspace(0.0, 1.0, _FINE)
     end = body.positions(q_end[None])[0]
     end = end + _leant(body, end, geometry)
-    values = geometry.start + _minimum_jerk(phases)[:, None] * (end - geometry.start)
+    values = geometry.start + minimum_jerk(phases)[:, None] * (end - geometry.start)
     return _cut(phases, values, duration_s, onset_speed, q_start, q_end, "")
 
 
@@ -198,11 +199,6 @@ def _remaining(values: Array) -> Array:
     steps = np.linalg.norm(np.diff(values[:, 3:], axis=0), axis=1)
     gone = np.concatenate([[0.0], np.cumsum(steps)])
     return np.asarray(1.0 - gone / max(float(gone[-1]), 1e-9))[:, None]
-
-
-def _minimum_jerk(phases: Array) -> Array:
-    found: Array = phases**3 * (10.0 - 15.0 * phases + 6.0 * phases**2)
-    return found
 
 
 def _cut(

@@ -165,7 +165,8 @@ class TaskRules:
 
     def prior(self, task: PersonalTask) -> PersonalPrior:
         """What is expected of deviations."""
-        return personal_prior(self.basis, task.expected, self.config, self.predictor.smoothness)
+        smoothness = self.predictor.smoothness
+        return personal_prior(self.basis, task.expected, task.path.share, self.config, smoothness)
 
     def personal(self, task: PersonalTask) -> Personal:
         """What is known of them."""

@@ -90,6 +90,22 @@ def check_simplex(alpha: ArrayLike, names: Sequence[str]) -> Array:
     return weights
 
 
+def check_weights(weights: ArrayLike) -> Array:
+    """Weights of all seven costs as an array (7,).
+
+    Raises:
+        DataError: when they are not as many, negative, not finite, or all 0.
+    """
+    chosen = np.array(weights, dtype=float)
+    if chosen.shape != (len(COSTS),):
+        raise DataError(f"weights have shape {chosen.shape}", expected=f"({len(COSTS)},)")
+    if not np.isfinite(chosen).all() or (chosen < 0.0).any() or not chosen.any():
+        raise DataError(
+            f"weights {chosen.tolist()}", expected="finite, 0 or more, at least one more than 0"
+        )
+    return chosen
+
+
 def shares(alpha: ArrayLike, names: Sequence[str], group: Sequence[str]) -> Array:
     """Summed weights of a group of costs: alpha (..., n) -> (...)."""
     chosen = [index for index, name in enumerate(names) if name in group]

@@ -19,9 +19,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hri_prediction.errors import DataError
+from hri_prediction.geometry.minimum_jerk import minimum_jerk
 from hri_prediction.motor_control.arm_model import ANATOMICAL, ArmModel, JointLimits
 from hri_prediction.motor_control.convention import convention_of
-from hri_prediction.motor_control.costs import COSTS, Smoothing
+from hri_prediction.motor_control.costs import COSTS, Smoothing, check_weights
 from hri_prediction.motor_control.kinematics import hand
 from hri_prediction.motor_control.problem import ReachProblem
 
@@ -205,8 +206,9 @@ class MultipleShooting:
             weights: Of all seven costs (7,).
 
         Raises:
-            DataError: the reach does not begin and end at rest.
+            DataError: weights cannot be right, or the reach does not begin and end at rest.
         """
+        chosen = check_weights(weights)
         for value in (problem.v_start, problem.v_end, problem.a_start, problem.a_end):
             if value is None or value.any():
                 raise DataError(
@@ -217,7 +219,7 @@ class MultipleShooting:
         count = self.intervals
         phase = np.linspace(0.0, 1.0, count + 1)[:, None]
         way = problem.q_end - problem.q_start
-        angles = problem.q_start + way * phase**3 * (10.0 - 15.0 * phase + 6.0 * phase**2)
+        angles = problem.q_start + way * minimum_jerk(phase)
         rates = way * 30.0 * phase**2 * (1.0 - phase) ** 2 / problem.duration
         second = way * 60.0 * phase * (1.0 - phase) * (1.0 - 2.0 * phase) / problem.duration**2
         third = way * 60.0 * (1.0 - 6.0 * phase + 6.0 * phase**2) / problem.duration**3
@@ -227,7 +229,6 @@ class MultipleShooting:
         ]
         start = np.concatenate([np.hstack(rows[:3]).ravel(), rows[3].ravel()])
         ends = [np.concatenate([q, np.zeros(6)]) for q in (problem.q_start, problem.q_end)]
-        chosen = np.asarray(weights, dtype=float)
         given = np.concatenate([*ends, [problem.duration], chosen])
         # What IPOPT calls small must not depend on the unit of the cost.
         norm = max(float(chosen @ np.array(self._costs(start, given)).ravel()), 1e-30)

@@ -21,7 +21,7 @@ from hri_prediction.errors import ConfigError, DataError, HriError
 from hri_prediction.motor_control.arm_model import ANATOMICAL, ArmModel, JointLimits
 from hri_prediction.motor_control.assembly import cost_gradients, cost_integrals, derivatives
 from hri_prediction.motor_control.compiled_graph import compiled_graph
-from hri_prediction.motor_control.costs import COSTS, SMOOTHING, Smoothing
+from hri_prediction.motor_control.costs import COSTS, SMOOTHING, Smoothing, check_weights
 from hri_prediction.motor_control.kinematics import hand, hand_jacobian
 from hri_prediction.motor_control.newton import CONVERGED, held_at, minimise, sensitivities
 from hri_prediction.motor_control.problem import ReachProblem
@@ -154,7 +154,7 @@ class ReachSolver:
             DataError: weights or ends cannot be right.
             NotConverged: no optimum was found.
         """
-        chosen = self._checked(weights)
+        chosen = check_weights(weights)
         problem.check_limits(self.limits)
         low, high = self.unknown_rows(problem)
         coefficients = self.smooth(problem)
@@ -195,7 +195,7 @@ class ReachSolver:
         Raises:
             NotConverged: when the motion is no minimum.
         """
-        scaled = self._checked(weights)
+        scaled = check_weights(weights)
         low, high = self.unknown_rows(problem)
         size = 3 * (high - low)
         gradients, gradient = np.empty((len(COSTS), size)), np.empty(size)
@@ -313,13 +313,3 @@ class ReachSolver:
     def _norm(self, coefficients: Array, weights: Array, problem: ReachProblem) -> float:
         """What the weighted cost is divided by, so that it is about 1."""
         return max(float(weights @ self._costs(coefficients, problem.duration)), 1e-30)
-
-    def _checked(self, weights: ArrayLike) -> Array:
-        chosen = np.array(weights, dtype=float)
-        if chosen.shape != (len(COSTS),):
-            raise DataError(f"weights have shape {chosen.shape}", expected=f"({len(COSTS)},)")
-        if not np.isfinite(chosen).all() or (chosen < 0.0).any() or not chosen.any():
-            raise DataError(
-                f"weights {chosen.tolist()}", expected="finite, 0 or more, at least one more than 0"
-            )
-        return chosen

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from std_msgs.msg import Header
 
+from hri_prediction.arm.body_id import valid_body_id
+from hri_prediction.arm.geometry import KEYPOINTS
 from hri_prediction.config import parameter, validate
 from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.ontology.cases import cases
@@ -20,7 +22,7 @@ from hri_prediction.ontology.pair import Pair, choose_pair
 from hri_prediction.ontology.shipped import SHIPPED
 from hri_prediction.ontology.verdict import Verdict, verdict_on
 from hri_prediction.ontology.warm import warm_watch
-from hri_prediction.ontology.watch import AGENTS, DyadWatch, Segment
+from hri_prediction.ontology.watch import AGENTS, BACK_NS, DyadWatch, Segment
 from hri_prediction.ros.conversions import WORLD, current_sample, flat
 from hri_prediction.ros.messages import HumanArm, IdsList, InteractionCase, InteractionFeatures
 from hri_prediction.ros.node import OK, WARN, HriNode, run_node
@@ -35,7 +37,6 @@ TELL_NS = NANO // 25
 """Features, and what it looks like so far, are told so often."""
 SILENT_S = 0.5
 """A body that is not seen for so long is named."""
-_BACK_NS = NANO // 5
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ class InteractionMonitorConfig:
         (), "Ids of the two bodies that are watched; empty: the first two that are tracked"
     )
     side: str = parameter("right", "Which arm of both is watched", choices=("right", "left"))
-    period: float = parameter(0.008, "Period of looking", unit="s", low=0.004, high=0.04)
+    period: float = parameter(0.004, "Period of looking", unit="s", low=0.004, high=0.04)
     max_future: float = parameter(
         0.05, "A stamp further ahead of the clock than this is refused", unit="s", low=0.0
     )
@@ -58,6 +59,11 @@ class InteractionMonitorConfig:
         validate(self)
         if self.pair and (len(self.pair) != 2 or len(set(self.pair)) != 2):
             raise ConfigError(f"pair = {list(self.pair)}", expected="two different ids, or none")
+        for name in self.pair:
+            if not valid_body_id(name):
+                raise ConfigError(
+                    f"pair = {list(self.pair)}", expected="ids that are part of topics"
+                )
 
 
 class InteractionMonitorNode(HriNode):
@@ -80,6 +86,7 @@ class InteractionMonitorNode(HriNode):
         self._watch = DyadWatch(watch, segmentation)
         self._pair = Pair(None, "no source has said who is tracked")
         self._newest_ns = [0, 0]
+        self._seen_ns = np.zeros((len(AGENTS), len(KEYPOINTS)), dtype=np.int64)
         self._unwatched: set[tuple[str, str]] = set()
         self._counts: Counter[str] = Counter()
         self._late_ms: deque[float] = deque(maxlen=500)
@@ -96,7 +103,13 @@ class InteractionMonitorNode(HriNode):
     # ------------------------------------------------------------------ inputs
     def _on_ids(self, message: IdsList) -> None:
         before = self._pair.bodies
-        self._pair = choose_pair(list(message.ids), self._config.pair, before)
+        # Each once, in the order in which they are told.
+        ids = list(dict.fromkeys(message.ids))
+        for body in ids:
+            if not valid_body_id(body):
+                self.fault("bodies", f"body {body!r} is not watched: its name is no part of topics")
+        known = [body for body in ids if valid_body_id(body)]
+        self._pair = choose_pair(known, self._config.pair, before)
         if self._pair.besides:
             self.fault("bodies", self._pair.besides)
         if self._pair.bodies == before:
@@ -117,6 +130,7 @@ class InteractionMonitorNode(HriNode):
                 self._tell_segment(Segment(agent, onset_ns, end_ns, None, reason), bodies)
         self._watch.restart()
         self._newest_ns = [0, 0]
+        self._seen_ns.fill(0)
 
     def _on_arm(self, message: HumanArm) -> None:
         bodies = self._pair.bodies
@@ -133,12 +147,16 @@ class InteractionMonitorNode(HriNode):
             return
         agent = bodies.index(message.body_id)
         back_ns = self._newest_ns[agent] - sample.stamp_ns
-        if back_ns > _BACK_NS:
+        if back_ns > BACK_NS:
             reason = f"stamps of {message.body_id} went back by {back_ns / NANO:.2f} s"
             self.fault("clock", reason)
             self._restart(reason, bodies)
         self._newest_ns[agent] = max(self._newest_ns[agent], sample.stamp_ns)
-        for segment in self._watch.push(agent, sample):
+        self._seen_ns[agent, sample.valid] = self._newest_ns[agent]
+        segments = self._watch.push(agent, sample)
+        if self._watch.jump:
+            self.fault("wrist", f"{message.body_id}: {self._watch.jump}")
+        for segment in segments:
             self._tell_segment(segment)
 
     # ------------------------------------------------------------------ telling
@@ -191,7 +209,8 @@ class InteractionMonitorNode(HriNode):
             self._cases.publish(self._said(0, InteractionCase.NONE, now_ns, reason))
             return
         stamp_ns, features = newest
-        if np.isfinite(features).all():
+        seen = bool(np.isfinite(features).all())
+        if seen:
             self._features.publish(
                 InteractionFeatures(
                     header=Header(stamp=to_time(stamp_ns), frame_id=WORLD),
@@ -204,7 +223,8 @@ class InteractionMonitorNode(HriNode):
         moving = [agent for agent in AGENTS if self._watch.moving(agent)]
         self._tell_running(moving, stamp_ns)
         if not moving:
-            self._cases.publish(self._said(0, InteractionCase.NONE, stamp_ns, "both are at rest"))
+            words = "both are at rest" if seen else "not all of both arms is seen"
+            self._cases.publish(self._said(0, InteractionCase.NONE, stamp_ns, words))
 
     def _tell_ending(self, now_ns: int) -> None:
         """Tell at each instant of features what may soon be over: its end is not to wait for its turn."""
@@ -231,13 +251,20 @@ class InteractionMonitorNode(HriNode):
         bodies = self._pair.bodies
         if bodies is None:
             return self._pair.reason
-        for body, newest_ns in zip(bodies, self._newest_ns, strict=True):
+        for agent, body in enumerate(bodies):
+            newest_ns = self._newest_ns[agent]
             other = {"right": "left", "left": "right"}[self._config.side]
             if not newest_ns:
                 seen = f"; its {other} arm is" if (body, other) in self._unwatched else ""
                 return f"no {self._config.side} arm of {body} has been seen yet{seen}"
             if now_ns - newest_ns > SILENT_S * NANO:
                 return f"{body} was last seen {(now_ns - newest_ns) / NANO:.1f} s ago"
+            ages = now_ns - self._seen_ns[agent]
+            lost = [index for index in range(len(KEYPOINTS)) if ages[index] > SILENT_S * NANO]
+            if lost:
+                names = " and ".join(KEYPOINTS[index].replace("_", " ") for index in lost)
+                verb = "is" if len(lost) == 1 else "are"
+                return f"the {self._config.side} {names} of {body} {verb} not seen"
         return ""
 
     def health(self) -> tuple[bytes, str, dict[str, Any]]:

@@ -16,8 +16,8 @@ class WatchConfig:
     )
     smoothing: float = parameter(
         0.02,
-        "Samples up to so far away are smoothed by a parabola (Savitzky and Golay 1964, second order); "
-        "also so late are features",
+        "Samples up to so far away are smoothed by a parabola (Savitzky and Golay 1964, second order), or "
+        "as far as five of them need; also so late are features",
         unit="s",
         low=0.0,
         high=0.2,

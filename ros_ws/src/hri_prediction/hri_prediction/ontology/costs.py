@@ -53,6 +53,7 @@ def path_costs(
     partner: FloatArray,
     step_s: float,
     length: float = LENGTH_M,
+    beyond: tuple[FloatArray, FloatArray] | None = None,
 ) -> FloatArray:
     """Features of movements.
 
@@ -62,6 +63,8 @@ def path_costs(
         partner: Keypoints of the other one's arm at the same times (n, 4, 3) [m].
         step_s: Between two of these times [s].
         length: Distance over which nearness falls to 1/e [m].
+        beyond: Joints at the three times before, and the three after, all of these movements (3, 14); none:
+            rest.
 
     Returns:
         (s, 26): nearness [s], and the sum of squared third differences [rad²] (of the first three joints
@@ -83,5 +86,6 @@ def path_costs(
         step_s,
         out[:, :COUNT],
     )
-    out[:, COUNT] = (third_differences(paths.swapaxes(0, 1)) ** 2).sum(axis=(0, 2))
+    ends = None if beyond is None else (beyond[0][:, None], beyond[1][:, None])
+    out[:, COUNT] = (third_differences(paths.swapaxes(0, 1), ends) ** 2).sum(axis=(0, 2))
     return out

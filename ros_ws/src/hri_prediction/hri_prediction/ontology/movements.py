@@ -13,7 +13,7 @@ from hri_prediction.errors import DataError
 from hri_prediction.ontology.config import WatchConfig
 from hri_prediction.ontology.costs import LENGTH_M, path_costs
 from hri_prediction.ontology.piirl import Learnt, learn
-from hri_prediction.ontology.sampling import draw_around
+from hri_prediction.ontology.sampling import BEYOND, draw_around
 from hri_prediction.ontology.smoothing import smoothed_track
 from hri_prediction.ontology.upper_body import UpperBody, body_of, joints_of
 from hri_prediction.ontology.watch import segments_of
@@ -47,12 +47,16 @@ class Movement:
         joints: Over time (n, 14).
         partner: Keypoints of the other one's arm at the same times (n, 4, 3) [m].
         step_s: Between two of these times [s].
+        beyond: Joints at the three times before it, and the three after it (3, 14) each: hands are seldom
+            at rest where movements are cut, and a sudden rest would be rougher than all of the movement.
+            None: rest.
     """
 
     body: UpperBody
     joints: FloatArray
     partner: FloatArray
     step_s: float
+    beyond: tuple[FloatArray, FloatArray] | None = None
 
 
 def heading_of(keypoints: FloatArray) -> float:
@@ -78,15 +82,25 @@ def movements_of(
             continue
         begin, end = segment.onset_ns * 1e-9, segment.end_ns * 1e-9
         times = np.arange(begin, end, settings.step)
-        own, other = (
+        more = settings.step * np.arange(1, BEYOND + 1)
+        times = np.concatenate((times[0] - more[::-1], times, times[-1] + more))
+        whole, other = (
             smoothed_track(
                 tracks[agent].time_s, tracks[agent].keypoints, times, SMOOTHING_S, settings.max_gap
             )
             for agent in (segment.agent, 1 - segment.agent)
         )
-        if len(times) > 4 and np.isfinite(own).all() and np.isfinite(other).all():
+        inner = slice(BEYOND, -BEYOND)
+        own, other = whole[inner], other[inner]
+        if len(own) > 4 and np.isfinite(own).all() and np.isfinite(other).all():
             body = bodies[segment.agent]
-            found.append(Movement(body, joints_of(body, own), other, settings.step))
+            if np.isfinite(whole).all():
+                joints = joints_of(body, whole)
+                ends = joints[:BEYOND], joints[-BEYOND:]
+                found.append(Movement(body, joints[inner], other, settings.step, ends))
+            else:
+                # A recording that begins or ends with it: nobody knows better than that it rests there.
+                found.append(Movement(body, joints_of(body, own), other, settings.step))
     return found
 
 
@@ -149,7 +163,9 @@ def _costs_around(
     """Costs of a movement, first, and of what is drawn around it (1 + samples, 26)."""
     others = draw_around(movement.joints, samples, spread, rng, limits)
     paths = np.concatenate((movement.joints[None], others))
-    return path_costs(movement.body, paths, movement.partner, movement.step_s, length)
+    return path_costs(
+        movement.body, paths, movement.partner, movement.step_s, length, movement.beyond
+    )
 
 
 def learn_costs(

@@ -23,7 +23,7 @@ from hri_prediction.files.values import read_yaml
 from hri_prediction.ontology.cases import find_case
 from hri_prediction.ontology.config import WatchConfig
 from hri_prediction.ontology.table import SegmentTable, table_of
-from hri_prediction.ontology.watch import DyadWatch, Segment
+from hri_prediction.ontology.watch import BACK_NS, DyadWatch, Segment
 from hri_prediction.tracks.track import ArmSample, ArmTrack
 
 SESSIONS = "sessions.yaml"
@@ -130,21 +130,36 @@ def segments_of_bag(
         Ids of the two, and the segments.
 
     Raises:
-        DataError: when the bag cannot be read, or does not hold these two.
+        DataError: when the bag cannot be read, does not hold these two in one frame, or the stamps of one
+            of them go back and those of the other do not.
     """
     pair, samples = _two_arms(bag, bodies, side)
     watch = DyadWatch(config)
     found: list[Segment] = []
-    for agent, sample in _by_stamp(samples):
-        found += watch.push(agent, sample)
-    return pair, found + watch.finish()
+    for take in zip(*_takes(bag, pair, samples), strict=True):
+        watch.restart()
+        for agent, sample in _by_stamp(take):
+            found += watch.push(agent, sample)
+        found += watch.finish()
+    return pair, found
 
 
 def tracks_of_bag(
     bag: str | Path, bodies: Sequence[str] = (), side: str = "right"
 ) -> tuple[ArmTrack, ArmTrack]:
-    """The arms of two people in a bag as tracks on one clock; arguments as :func:`segments_of_bag`."""
+    """The arms of two people in a bag as tracks on one clock; arguments as :func:`segments_of_bag`.
+
+    Raises:
+        DataError: likewise, and where stamps go back.
+    """
     pair, samples = _two_arms(bag, bodies, side)
+    takes = len(_takes(bag, pair, samples)[0])
+    if takes > 1:
+        raise DataError(
+            f"stamps in {bag} go back: it holds {takes} takes",
+            expected="one",
+            hint="record each take in a bag of its own",
+        )
     first_ns = min(own[0].stamp_ns for own in samples)
     tracks = []
     for name, own in zip(pair, samples, strict=True):
@@ -165,7 +180,7 @@ def _two_arms(
     bag: str | Path, bodies: Sequence[str], side: str
 ) -> tuple[tuple[str, str], list[list[ArmSample]]]:
     """Ids of two people in a bag, and the samples of their arms."""
-    arms = arm_samples(BagReader(bag))
+    arms = arm_samples(BagReader(bag), one_frame=True)
     there = sorted({body for body, own in arms if own == side})
     names = tuple(bodies) or tuple(there)
     if len(names) != 2 or not set(names) <= set(there):
@@ -175,6 +190,32 @@ def _two_arms(
             hint="" if len(there) < 2 or bodies else "name two of them: bodies: [ONE, OTHER]",
         )
     return (names[0], names[1]), [arms[name, side] for name in names]
+
+
+def _takes(
+    bag: str | Path, pair: tuple[str, str], samples: Sequence[Sequence[ArmSample]]
+) -> list[list[list[ArmSample]]]:
+    """The samples of each body, parted where stamps go back, as a monitor begins anew there."""
+    parted = []
+    for own in samples:
+        pieces: list[list[ArmSample]] = [[]]
+        newest_ns = own[0].stamp_ns
+        for sample in own:
+            if newest_ns - sample.stamp_ns > BACK_NS:
+                pieces.append([])
+                newest_ns = sample.stamp_ns
+            newest_ns = max(newest_ns, sample.stamp_ns)
+            pieces[-1].append(sample)
+        parted.append(pieces)
+    counts = [len(pieces) - 1 for pieces in parted]
+    if counts[0] != counts[1]:
+        told = ", ".join(f"{who} {count}" for who, count in zip(pair, counts, strict=True))
+        raise DataError(
+            f"stamps in {bag} go back, and not of both as often ({told} times)",
+            expected="two bodies on one clock",
+            hint="record each take in a bag of its own",
+        )
+    return parted
 
 
 def _by_stamp(samples: Sequence[Sequence[ArmSample]]) -> list[tuple[int, ArmSample]]:

@@ -24,12 +24,27 @@ WAVES = 4
 _HALVINGS = 12
 
 
-def third_differences(points: FloatArray) -> FloatArray:
-    """Third differences along the first axis (n, ...) → (n + 3, ...), with rest beyond both ends."""
-    padded = np.concatenate(
-        (np.repeat(points[:1], 3, axis=0), points, np.repeat(points[-1:], 3, axis=0))
-    )
-    return np.diff(padded, 3, axis=0)
+BEYOND = 3
+"""So many points beyond each end belong to third differences."""
+
+
+def third_differences(
+    points: FloatArray, beyond: tuple[FloatArray, FloatArray] | None = None
+) -> FloatArray:
+    """Third differences along the first axis (n, ...) → (n + 3, ...).
+
+    Args:
+        points: Of a movement.
+        beyond: The three points before it, and those after it, alike in all else (3, ...); none: rest.
+    """
+    if beyond is None:
+        before, after = points[:1], points[-1:]
+    else:
+        before, after = beyond
+    shape = (BEYOND, *points.shape[1:])
+    ends = (np.broadcast_to(each, shape) for each in (before, after))
+    first, last = ends
+    return np.diff(np.concatenate((first, points, last)), BEYOND, axis=0)
 
 
 def _roughness(count: int) -> FloatArray:

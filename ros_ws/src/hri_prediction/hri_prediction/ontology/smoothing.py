@@ -2,7 +2,8 @@
 
 Where samples are regular, this is the filter of Savitzky and Golay (1964) of second order: the value at the
 middle of a parabola that is fitted to the samples around. (The thesis says first order, which would be a
-moving average.) Where few samples are near, it is a straight line between the neighbours.
+moving average.) Where few samples are near, it is a straight line between the neighbours: those of a source
+that is slower than usual are sought farther away.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hri_prediction.compiled import njit
+from hri_prediction.tracks.rate import SamplePeriod
 from hri_prediction.tracks.segmentation import ROUNDING_S
 
 FloatArray = NDArray[np.float64]
@@ -20,6 +22,8 @@ FloatArray = NDArray[np.float64]
 _KEPT_S = 1.0
 _LEAST_FITTED = 5
 """Samples that a parabola is fitted to at least; fewer leave nothing to smooth."""
+_LEAST_PERIODS = 2.6
+"""So many periods away samples are fitted at least: five of them, wherever the instant lies between two."""
 
 
 @njit
@@ -117,15 +121,20 @@ class SmoothedArm:
     """The newest samples of an arm, and what is made of them.
 
     Args:
-        half: Samples no farther away than that are fitted [s].
+        half: Samples no farther away than that are fitted [s], or as far as five of them need; 0: none.
         max_gap: Longest gap that is filled [s].
+
+    Attributes:
+        half_s: How far samples are fitted now [s]: so late is what is made of them.
     """
 
     def __init__(self, half: float, max_gap: float) -> None:
         self._half, self._max_gap = half, max_gap
+        self.half_s = half
         self._times = np.zeros(512)
         self._points = np.zeros((512, 4, 3))
         self._count = 0
+        self._period = SamplePeriod()
         self._row = np.empty((4, 3))
 
     @property
@@ -134,11 +143,15 @@ class SmoothedArm:
         return float(self._times[self._count - 1]) if self._count else -math.inf
 
     def forget(self) -> None:
-        """Begin anew."""
+        """Begin anew; how often samples come is still known."""
         self._count = 0
 
     def push(self, time_s: float, keypoints: FloatArray) -> None:
         """Take a sample: later than the one before, (4, 3) [m], NaN where not seen."""
+        if self._count:
+            self._period.add(time_s - self.newest_s)
+            if self._half > 0.0:
+                self.half_s = max(self._half, _LEAST_PERIODS * self._period.period_s)
         if self._count == len(self._times):
             first = int(np.searchsorted(self._times, time_s - _KEPT_S))
             if first < self._count // 2:
@@ -154,7 +167,7 @@ class SmoothedArm:
 
     def at(self, time_s: float) -> FloatArray:
         """Keypoints at an instant (4, 3) [m], NaN where they were not seen; valid until the next call."""
-        reach = max(self._half, self._max_gap) + 2.0 * ROUNDING_S
+        reach = max(self.half_s, self._max_gap) + 2.0 * ROUNDING_S
         times = self._times[: self._count]
         first = int(np.searchsorted(times, time_s - reach))
         last = int(np.searchsorted(times, time_s + reach, side="right"))
@@ -162,7 +175,7 @@ class SmoothedArm:
             times[first:last],
             self._points[first:last],
             time_s,
-            self._half,
+            self.half_s,
             self._max_gap,
             self._row,
         )

@@ -137,4 +137,4 @@ def optimal_movement(
         # To where rounding ends the line search: what is learnt from is how the cost rises about it.
         options={"maxiter": 1000, "maxfun": 3000, "maxcor": 30, "ftol": 0.0, "gtol": 1e-12},
     )
-    return replace(movement, joints=bent(found.x))
+    return replace(movement, joints=bent(found.x), beyond=None)

@@ -30,7 +30,10 @@ JUMP_M = 0.05
 [m]."""
 _SPEED_S = 0.05
 """Over so long its speed is taken."""
+BACK_NS = 200_000_000
+"""Stamps that go back by more are those of another take: nothing goes on [ns]."""
 _NANO = 1e-9
+_LOST = "the arm was lost sight of"
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +72,9 @@ class DyadWatch:
     Args:
         config: Of the features.
         segmentation: Thresholds of the segments; by default those of the predictor.
+
+    Attributes:
+        jump: What is wrong with the newest sample, whose wrist is another one's or elsewhere; else empty.
     """
 
     def __init__(
@@ -86,6 +92,7 @@ class DyadWatch:
         self._features.fill(np.nan)
         self._origin_ns: int | None = None
         self._next = 0
+        self.jump = ""
         self._agents = tuple(
             _Agent(
                 ReachSegmenter(self.segmentation),
@@ -110,14 +117,27 @@ class DyadWatch:
             step_ns = round(self.config.step / _NANO)
             self._origin_ns = sample.stamp_ns // step_ns * step_ns
         own = self._agents[agent]
+        self.jump = ""
         time_s = (sample.stamp_ns - self._origin_ns) * _NANO
         if time_s <= own.arm.newest_s or time_s < 0.0:
             return []
-        found = []
         if sample.valid[_WRIST]:
             found = self._wrist(agent, time_s, sample.keypoints[_WRIST])
+        else:
+            found = self._unseen(agent, time_s)
         own.arm.push(time_s, sample.keypoints)
         return found + self._advance()
+
+    def _unseen(self, agent: int, time_s: float) -> list[Segment]:
+        """The wrist is not seen: nobody knows whether a movement goes on when it is for too long."""
+        own = self._agents[agent]
+        if own.onset_s is None or not own.wrists:
+            return []
+        last_s = own.wrists[-1][0]
+        if time_s - last_s <= self.segmentation.max_gap + ROUNDING_S:
+            return []
+        onset_s, own.onset_s = own.onset_s, None
+        return [self._none(agent, onset_s, last_s, _LOST)]
 
     def _wrist(self, agent: int, time_s: float, wrist: FloatArray) -> list[Segment]:
         own = self._agents[agent]
@@ -133,7 +153,7 @@ class DyadWatch:
         found = []
         if own.onset_s is not None:
             if event.kind == "lost":
-                found = [self._none(agent, own.onset_s, event.time_s, "the arm was lost sight of")]
+                found = [self._none(agent, own.onset_s, event.time_s, _LOST)]
             else:
                 found = self._over(agent, own.onset_s, event.time_s)
         own.onset_s = event.time_s if event.kind == "onset" else None
@@ -168,9 +188,10 @@ class DyadWatch:
         """A wrist is another one now: whatever is under way has distances to both in it."""
         own, partner = self._agents[agent], self._agents[1 - agent]
         last_s = own.wrists[-1][0]
+        self.jump = f"the wrist jumped by {way:.2f} m"
         found = []
         for who, each, words in (
-            (agent, own, f"the wrist jumped by {way:.2f} m"),
+            (agent, own, self.jump),
             (1 - agent, partner, f"the other one's wrist jumped by {way:.2f} m"),
         ):
             onset_s, each.onset_s = each.onset_s, None
@@ -199,9 +220,10 @@ class DyadWatch:
         """Take the features of all instants that are known of both, or not to be known any more."""
         config = self.config
         newest = [own.arm.newest_s for own in self._agents]
-        known_s = min(newest) - config.smoothing
+        late_s = max(own.arm.half_s for own in self._agents)
+        known_s = min(newest) - late_s
         # Who is not seen for longer than gaps are filled is not waited for.
-        given_up_s = max(newest) - 2.0 * config.max_gap - config.smoothing
+        given_up_s = max(newest) - 2.0 * config.max_gap - late_s
         until = math.floor((max(known_s, given_up_s) + ROUNDING_S) / config.step)
         if until - self._next >= self._rows:
             self._features.fill(np.nan)

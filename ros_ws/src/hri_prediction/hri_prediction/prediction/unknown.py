@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from hri_prediction.geometry.minimum_jerk import minimum_jerk
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.library import DIMS, TaskModel
 from hri_prediction.promp.learning import smooth_covariance
@@ -32,8 +33,7 @@ def unknown_task(tasks: tuple[TaskModel, ...], config: PredictorConfig) -> TaskM
     ends = np.stack([task.promp.trajectory_mean([0.0, 1.0])[:, 3:] for task in tasks])
     usual = math.sqrt(float(share @ np.mean((ends[:, 1] - ends[:, 0]) ** 2, axis=1)))
     phases = np.linspace(0.0, 1.0, 101)
-    profile = phases**3 * (10.0 - 15.0 * phases + 6.0 * phases**2)
-    rise = fit_weights(basis, phases, profile[:, None], 1e-9)
+    rise = fit_weights(basis, phases, minimum_jerk(phases)[:, None], 1e-9)
     level = np.ones(basis.count)
     start = np.kron(np.eye(DIMS), np.outer(level, level)) * 0.3**2
     coupling = np.array([[0.4, 0.5], [0.5, 1.0]])

@@ -129,7 +129,7 @@ def run_family(
     return [courses[index] for index in sorted(courses)]
 
 
-def of_real() -> dict[str, Any]:
+def of_real(progress: Callable[[int, int], None]) -> dict[str, Any]:
     """Recorded people, where they are."""
     folder = os.environ.get(DATA_VARIABLE, "")
     file = Path(folder) / SOURCE
@@ -139,7 +139,7 @@ def of_real() -> dict[str, Any]:
         return {"skipped": f"{SOURCE} is not in ${DATA_VARIABLE}"}
     try:
         repeated, skipped = read(file)
-        course = run_real(repeated)
+        course = run_real(repeated, progress)
     except HriError as error:
         return {"skipped": str(error)}
     by_others: dict[str, Any]
@@ -204,7 +204,9 @@ def reproduce_hybrid(
             work = functools.partial(run_family, family, extent, seed, cores, progress.count)
             families[family] = keep(repr((family, extent, seed)), of_family(work))
         progress.say("recorded people")
-        real = {"skipped": "--smoke"} if smoke else keep(recorded_key(), lambda: finite(of_real()))
+        real: dict[str, Any] = {"skipped": "--smoke"}
+        if not smoke:
+            real = keep(recorded_key(), lambda: finite(of_real(progress.count)))
         samples = stream(extent.reaches, seed)
         latency = {}
         for name, hybrid in (("alone", False), ("learning beside", True)):

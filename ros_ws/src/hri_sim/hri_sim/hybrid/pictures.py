@@ -61,8 +61,12 @@ def errors(found: Mapping[str, Any], path: Path) -> None:
 
 
 def weights(found: Mapping[str, Any], names: list[str], path: Path) -> None:
-    """Errors with guessed and new weights, and the new weights, of each person (figure 3.10)."""
+    """Errors with guessed and new weights, and the new weights, of each person (figure 3.10).
+
+    Where people have true weights, these are beside the new ones.
+    """
     people = found["people"]
+    true = all(each["truth"] for by_target in people.values() for each in by_target.values())
     targets = sorted({target for by_target in people.values() for target in by_target})
     figure = _figure(12.0, 6.0)
     axes = np.atleast_2d(figure.subplots(2, max(len(targets), 1), squeeze=False))
@@ -80,16 +84,18 @@ def weights(found: Mapping[str, Any], names: list[str], path: Path) -> None:
         bottom, true_bottom = np.zeros(len(own)), np.zeros(len(own))
         for i, name in enumerate(names):
             new = np.array([each["alpha"][i] for each in own.values()])
-            truth = np.array([each["truth"][i] for each in own.values()])
             below.bar(
                 places - 0.2, new, 0.36, bottom=bottom, color=f"C{i}", label=ABBREVIATIONS[name]
             )
-            below.bar(places + 0.2, truth, 0.36, bottom=true_bottom, color=f"C{i}", alpha=0.45)
-            bottom, true_bottom = bottom + new, true_bottom + truth
+            bottom = bottom + new
+            if true:
+                truth = np.array([each["truth"][i] for each in own.values()])
+                below.bar(places + 0.2, truth, 0.36, bottom=true_bottom, color=f"C{i}", alpha=0.45)
+                true_bottom = true_bottom + truth
         for axis in (above, below):
             axis.set_xticks(places, list(own))
     axes[0][0].set_ylabel("optimum to mean path [cm]")
-    axes[1][0].set_ylabel("weights: new, and (pale) true")
+    axes[1][0].set_ylabel("weights: new, and (pale) true" if true else "new weights")
     axes[0][0].legend(fontsize=7)
     axes[1][0].legend(fontsize=7)
     figure.savefig(path, dpi=DPI)

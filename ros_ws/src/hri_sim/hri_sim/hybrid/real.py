@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,12 +21,12 @@ from hri_prediction.hybrid.weight_file import load_process
 from hri_prediction.hybrid.weight_process import WeightProcess
 from hri_prediction.hybrid.why import Why
 from hri_prediction.prediction.config import PredictorConfig
-from hri_prediction.prediction.library import demonstration
+from hri_prediction.prediction.library import TaskModel, demonstration
 from hri_prediction.tracks.placement import Placement
 from hri_prediction.tracks.seating import facing_deg
 from hri_prediction.tracks.segmentation import SegmentationConfig
 from hri_sim.hybrid.first_guesses import GUESSES, OPTIMAL, Guess, other_guesses
-from hri_sim.hybrid.scores import calibration, told
+from hri_sim.hybrid.scores import calibration, told, untold
 from hri_sim.hybrid.trial import Judged
 
 Array = NDArray[np.float64]
@@ -107,63 +108,110 @@ class RealCourse:
     """What came of recorded reaches.
 
     Attributes:
-        judged: Scores, with target and duration told.
+        judged: Scores.
         divergences: Of each update, a row for each person and target.
         whys: What explained their mean paths, by person and target; or why nothing did.
+        not_begun: Persons and targets without first guesses.
     """
 
     judged: list[Judged]
     divergences: list[list[float]]
     whys: dict[tuple[str, str], Why | str]
+    not_begun: set[tuple[str, str]] = field(default_factory=set)
 
 
-def run_real(repeated: list[Repeated]) -> RealCourse:
-    """Learn the reaches of each person one by one, beginning with each of them in turn."""
-    judged: list[Judged] = []
-    divergences: list[list[float]] = []
-    whys: dict[tuple[str, str], Why | str] = {}
-    for each in repeated:
-        alike = [
-            other
-            for other in repeated
-            if other.target == each.target
-            and other.person.split()[1] == each.person.split()[1]
-            and other.person != each.person
-        ]
-        paths = [np.mean([reach.values for reach in other.reaches], axis=0) for other in alike]
-        if not paths:
-            continue
-        count = len(each.reaches)
-        for first in range(count):
-            order = [each.reaches[(first + k) % count] for k in range(count)]
-            begun = _begin(each, order[0], paths)
+@dataclass(frozen=True, eq=False)
+class _Turn:
+    """One target of an arm, as it is learnt in one order of its reaches.
+
+    Attributes:
+        each: The target.
+        order: Of its reaches.
+        person: Who begins with the first of them.
+        key: Of the task.
+        states: What is known, by first guess.
+    """
+
+    each: Repeated
+    order: tuple[SeenReach, ...]
+    person: HybridPerson
+    key: TaskKey
+    states: dict[str, Guess]
+
+    def model(self, guess: str) -> TaskModel:
+        """As predictors have it."""
+        state = self.states[guess]
+        return state.rules.model(state.task, *self.person.usual_duration())
+
+
+def run_real(
+    repeated: list[Repeated], progress: Callable[[int, int], None] | None = None
+) -> RealCourse:
+    """Learn the reaches of each arm one by one, beginning with each of them in turn.
+
+    Args:
+        repeated: What was read.
+        progress: Told how many arms of how many are done.
+    """
+    course = RealCourse([], [], {})
+    arms = sorted({each.person for each in repeated})
+    for done, arm in enumerate(arms):
+        _run_arm([each for each in repeated if each.person == arm], repeated, course)
+        if progress is not None:
+            progress(done + 1, len(arms))
+    return course
+
+
+def _run_arm(own: list[Repeated], repeated: list[Repeated], course: RealCourse) -> None:
+    """All targets of one arm beside each other: what is not told is which of them a reach is for."""
+    for first in range(max(len(each.reaches) for each in own)):
+        turns = []
+        for each in own:
+            if first >= len(each.reaches) or (each.person, each.target) in course.not_begun:
+                continue
+            begun = _begin(each, first, repeated)
             if isinstance(begun, str):
-                whys[each.person, each.target] = begun
-                break
-            person, key, states = begun
-            for guess in GUESSES:
-                state = states[guess]
-                for seen, reach in enumerate(order):
-                    score = told(state.rules.model(state.task, *person.usual_duration()), reach)
-                    judged.append(
-                        Judged(
-                            each.person, each.target, guess, seen, score.warped_m, score.end_m,
-                            math.nan, math.nan, calibration([score]), None,
-                        )
-                    )  # fmt: skip
-                    new = state.rules.updated(
-                        state.task, reach.phases, reach.values, reach.duration_s
-                    )
-                    state = Guess(state.rules, new)
-                states[guess] = state
-            if first == 0:
-                divergences.append(list(states[OPTIMAL].task.divergences))
-                person.tasks[key] = states[OPTIMAL].task
-                try:
-                    whys[each.person, each.target] = person.explain(key)
-                except HriError as error:
-                    whys[each.person, each.target] = str(error)
-    return RealCourse(judged, divergences, whys)
+                course.whys[each.person, each.target] = begun
+                course.not_begun.add((each.person, each.target))
+                continue
+            turns.append(begun)
+        for seen in range(max((len(turn.order) for turn in turns), default=0)):
+            _judge_and_learn(turns, seen, course)
+        if first == 0:
+            for turn in turns:
+                _explain(turn, course)
+
+
+def _judge_and_learn(turns: list[_Turn], seen: int, course: RealCourse) -> None:
+    """Predict the next reach for each target, and then learn all of these."""
+    for guess in GUESSES:
+        models = tuple(turn.model(guess) for turn in turns)
+        for model, turn in zip(models, turns, strict=True):
+            if seen >= len(turn.order):
+                continue
+            reach, state = turn.order[seen], turn.states[guess]
+            by_told = told(model, reach)
+            by_itself = untold(models, reach, state.rules.predictor)
+            course.judged.append(
+                Judged(
+                    turn.each.person, turn.each.target, guess, seen, by_told.warped_m, by_told.end_m,
+                    by_itself.warped_m, by_itself.end_m,
+                    calibration([by_told]), calibration([by_itself]),
+                )
+            )  # fmt: skip
+            new = state.rules.updated(state.task, reach.phases, reach.values, reach.duration_s)
+            turn.states[guess] = Guess(state.rules, new)
+
+
+def _explain(turn: _Turn, course: RealCourse) -> None:
+    task = turn.states[OPTIMAL].task
+    course.divergences.append(list(task.divergences))
+    turn.person.tasks[turn.key] = task
+    try:
+        found: Why | str = turn.person.explain(turn.key)
+    except HriError as error:
+        found = str(error)
+    course.whys[turn.each.person, turn.each.target] = found
 
 
 def first_guess(
@@ -188,15 +236,24 @@ def first_guess(
     return person, key
 
 
-def _begin(
-    each: Repeated, reach: SeenReach, paths: list[Array]
-) -> tuple[HybridPerson, TaskKey, dict[str, Guess]] | str:
-    """All first guesses; or why there are none."""
+def _begin(each: Repeated, first: int, repeated: list[Repeated]) -> _Turn | str:
+    """All first guesses, from where the arm rests before one of the reaches; or why there are none."""
+    order = each.reaches[first:] + each.reaches[:first]
+    side = each.person.split()[1]
+    paths = [
+        np.mean([reach.values for reach in other.reaches], axis=0)
+        for other in repeated
+        if other.target == each.target
+        and other.person.split()[1] == side
+        and other.person != each.person
+    ]
+    if not paths:
+        return "nobody else was recorded who reaches there"
     try:
         people = load_process()
-        person, key = first_guess(each, reach, people)
+        person, key = first_guess(each, order[0], people)
         task, duration_s = person.tasks[key], person.config.duration
-        made = other_guesses(person.rules, task, people, reach, task.geometry, paths, duration_s)
+        made = other_guesses(person.rules, task, people, order[0], task.geometry, paths, duration_s)
     except HriError as error:
         return str(error)
-    return person, key, {OPTIMAL: Guess(person.rules, task), **made}
+    return _Turn(each, order, person, key, {OPTIMAL: Guess(person.rules, task), **made})

@@ -89,8 +89,8 @@ def _family(family: str, found: Mapping[str, Any]) -> list[str]:
             f"Mean paths explained after all reaches: {weights['explained']}"
             + (f", not explained {len(weights['failed'])}" if weights["failed"] else "")
             + f". The optimum is {_cm(weights['before_cm'])} from the mean path with the weights that "
-            f"the process of all people guesses, {_cm(weights['after_cm'])} with those that were "
-            "found (medians)."
+            "were expected (of a person's first target, as of anybody; of later ones, by what was found "
+            f"before too), {_cm(weights['after_cm'])} with those that were found (medians)."
         )
     if weights["alpha_error_person"] is not None:
         text.append(
@@ -151,7 +151,8 @@ def _bars(content: Mapping[str, Any]) -> list[str]:
         markdown(("what", "bar", *(f"`{name}`" for name in families)), rows),
         "Errors of each person and target by reaches seen, and the divergence of each update (like figure "
         "3.9 of the thesis); distance of the optimum to the mean path with guessed and with new weights, "
-        "and the new weights beside the true ones (like figure 3.10).\n",
+        "and the new weights (like figure 3.10), beside the true ones where people have any: what goes "
+        "round something, or straight, is the optimum of none.\n",
     ]
     for name in families:
         text += [
@@ -174,8 +175,13 @@ def _real(found: Mapping[str, Any]) -> list[str]:
         _curve_table(found["curves"], "warped_m"),
         "Its end point [cm]:\n",
         _curve_table(found["curves"], "end_m"),
-        "Negative log density, and share of samples within the central 50 % and 95 %:\n",
+        "Rest of the path [cm], neither told: which of the arm's two targets it is, and how long the reach "
+        "takes, the predictor finds out:\n",
+        _curve_table(found["curves"], "untold_m"),
+        "Negative log density, and share of samples within the central 50 % and 95 %; told:\n",
         _sure_table(found["sure"]),
+        "The same, not told:\n",
+        _sure_table(found["sure_untold"]),
         "Kullback-Leibler divergence by weight of each update (median): "
         + ", ".join(f"{value:.3f}" for value in found["divergence"])
         + ".\n",

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hri_prediction.errors import ConfigError
+from hri_prediction.geometry.minimum_jerk import minimum_jerk
 from hri_prediction.hybrid.body import CONVENTION, BodyArm
 from hri_prediction.hybrid.person import Rest, SeenReach
 from hri_prediction.motor_control import design
@@ -26,6 +27,8 @@ from hri_sim.motor_control.people import draw_people
 Array = NDArray[np.float64]
 
 FAMILIES = ("optimal", "other_lengths", "via_points", "minimum_jerk")
+HAVE_TRUTH = ("optimal", "other_lengths")
+"""Families whose mean paths are an optimum, but for how people stray. Others have no true weights."""
 START = 4
 """P6 of the thesis' twelve start postures: the hand low before the body."""
 TARGETS = (0, 2, 6, 8)
@@ -54,7 +57,7 @@ class Habit:
 
     Attributes:
         tip: Where the target is (3,) [m], from where the shoulder is taken to be.
-        alpha: True weights (n,), where the path is an optimum.
+        alpha: Weights (n,) of the optimum that the path was made of; true ones in `HAVE_TRUTH`.
         mean: Elbow and wrist (POINTS, 6) [m] of the mean path, likewise.
         duration_s: Usual, between the crossings of the onset speed.
     """
@@ -73,7 +76,7 @@ class Subject:
         name: Of the person.
         family: How they move.
         body: Their arm as it is measured.
-        costs: What true weights are of (n,).
+        costs: What weights are of (n,).
         habits: By name of the target.
     """
 
@@ -167,7 +170,7 @@ def _subject(name: str, family: str, law: WeightLaw, rng: np.random.Generator) -
         alpha = law.alpha(q_start, q_end)
         duration = float(design.DURATIONS_S[index] * np.exp(rng.normal(0.0, 0.15)))
         path = _mean(inside, solver, family, q_start, q_end, duration, alpha, law.names, rng)
-        rise = _rise(_PHASES)[:, None]
+        rise = minimum_jerk(_PHASES)[:, None]
         strayed = scale * path + np.tile(offset, 2) + rise * np.tile(drift, 2)
         # Where the target is in the world is known, and so from where the shoulder is taken to be; nobody
         # tells that people end beside it.
@@ -206,7 +209,7 @@ def _mean(
         motion = None
     if family == "minimum_jerk" or motion is None:
         ends = body.positions(np.stack([q_start, q_end]))
-        return np.asarray(ends[0] + _rise(phases)[:, None] * (ends[1] - ends[0]))
+        return np.asarray(ends[0] + minimum_jerk(phases)[:, None] * (ends[1] - ends[0]))
     path = body.positions(motion.angles(phases))
     if family == "via_points":
         bump = np.sin(np.pi * _PHASES[:, None]) ** 2
@@ -217,9 +220,4 @@ def _mean(
 def _direction(rng: np.random.Generator) -> Array:
     drawn = rng.standard_normal(3)
     found: Array = drawn / np.linalg.norm(drawn)
-    return found
-
-
-def _rise(phases: Array) -> Array:
-    found: Array = phases**3 * (10.0 - 15.0 * phases + 6.0 * phases**2)
     return found

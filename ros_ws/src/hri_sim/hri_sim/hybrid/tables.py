@@ -49,8 +49,8 @@ def sureness(judged: Sequence[Judged], *, untold: bool) -> dict[str, dict[str, d
     for guess in GUESSES:
         own: dict[int, list[Calibration]] = {}
         for each in judged:
-            sure = each.untold_sure if untold else each.sure
-            if each.guess == guess and sure is not None:
+            if each.guess == guess:
+                sure = each.untold_sure if untold else each.sure
                 own.setdefault(each.seen, []).append(sure)
         found[guess] = {
             kind.name: {
@@ -104,7 +104,7 @@ def of_courses(courses: Sequence[Course]) -> dict[str, Any]:
             f"S{i + 1}": {
                 target: {
                     "alpha": why.alpha.tolist(),
-                    "truth": course.truth[target],
+                    "truth": course.truth.get(target),
                     "before_cm": _median_cm([why.before_m]),
                     "after_cm": 100.0 * why.after_m,
                 }
@@ -120,7 +120,7 @@ def of_courses(courses: Sequence[Course]) -> dict[str, Any]:
                     for each in course.judged
                     if each.guess == GUESSES[0] and each.target == target
                 }
-                for target in course.truth
+                for target in course.whys
             }
             for i, course in enumerate(courses)
         },
@@ -134,6 +134,7 @@ def of_real(course: RealCourse) -> dict[str, Any]:
         "people": len({each.person.split()[0] for each in course.judged}),
         "curves": curves(course.judged),
         "sure": sureness(course.judged, untold=False),
+        "sure_untold": sureness(course.judged, untold=True),
         "divergence": divergence(course.divergences),
         "not_explained": {
             f"{person} {target}": why

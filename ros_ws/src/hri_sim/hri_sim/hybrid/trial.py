@@ -18,7 +18,7 @@ from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.library import TaskModel
 from hri_sim.hybrid.first_guesses import GUESSES, OPTIMAL, Guess, other_guesses
 from hri_sim.hybrid.scores import Calibration, Score, calibration, told, untold
-from hri_sim.hybrid.subjects import Subject
+from hri_sim.hybrid.subjects import HAVE_TRUTH, Subject
 
 Array = NDArray[np.float64]
 
@@ -39,10 +39,10 @@ class Judged:
         seen: Reaches that were learnt.
         warped_m: Mean over the reaches judged, target and duration told.
         end_m: Likewise, of the end point.
-        untold_m: Mean distance by warping when neither is told.
+        untold_m: Mean distance by warping when neither is told: of all targets that the person has.
         untold_end_m: Likewise, of the end point.
         sure: How sure predictions were, target and duration told.
-        untold_sure: Likewise when neither is; none: it was not tried.
+        untold_sure: Likewise when neither is.
     """
 
     person: str
@@ -54,7 +54,7 @@ class Judged:
     untold_m: float
     untold_end_m: float
     sure: Calibration
-    untold_sure: Calibration | None
+    untold_sure: Calibration
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,9 +65,9 @@ class Course:
         judged: Scores.
         divergences: Of each update by weight, from the first guess of optimal control, by target.
         whys: What explained the mean paths, by target; or why nothing did.
-        truth: True weights by target.
-        guessed: Distance of the guessed weights to the true ones, mean absolute, by target: with the
-            process of all people, and with what was learnt from the person's other targets.
+        truth: True weights by target, of families that have any.
+        guessed: Distance of the guessed weights to the true ones, mean absolute, by target, likewise: with
+            the process of all people, and with what was learnt from the person's other targets.
     """
 
     judged: list[Judged]
@@ -175,9 +175,14 @@ def _judge(
 def _explained(
     person: HybridPerson, keys: dict[str, TaskKey], states: dict[str, Guess], subject: Subject
 ) -> dict[str, Any]:
-    """Explain the mean paths of all targets, one after the other, the last one guessed before."""
+    """Explain the mean paths of all targets, one after the other, each guessed before."""
     whys: dict[str, Why | str] = {}
     guessed: dict[str, tuple[float, float]] = {}
+    truths = {
+        target: _with_all(habit.alpha, subject, person.weights.names)
+        for target, habit in subject.habits.items()
+        if subject.family in HAVE_TRUTH
+    }
     before = {
         target: person.weights.guess(task.task.path.q_start, task.task.path.q_end).alpha
         for target, task in states.items()
@@ -186,20 +191,17 @@ def _explained(
         person.tasks[key] = states[target].task
         path = states[target].task.path
         after = person.weights.guess(path.q_start, path.q_end).alpha
-        truth = _with_all(subject.habits[target].alpha, subject, person.weights.names)
-        guessed[target] = (
-            float(np.abs(before[target] - truth).mean()),
-            float(np.abs(after - truth).mean()),
-        )
+        if target in truths:
+            guessed[target] = (
+                float(np.abs(before[target] - truths[target]).mean()),
+                float(np.abs(after - truths[target]).mean()),
+            )
         try:
             whys[target] = person.explain(key)
         except HriError as error:
             whys[target] = str(error)
-    truths = {
-        target: _with_all(habit.alpha, subject, person.weights.names).tolist()
-        for target, habit in subject.habits.items()
-    }
-    return {"whys": whys, "truth": truths, "guessed": guessed}
+    truth = {target: alpha.tolist() for target, alpha in truths.items()}
+    return {"whys": whys, "truth": truth, "guessed": guessed}
 
 
 def _with_all(alpha: Array, subject: Subject, names: tuple[str, ...]) -> Array:

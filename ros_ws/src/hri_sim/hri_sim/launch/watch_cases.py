@@ -36,6 +36,7 @@ def _heard(message: InteractionCase) -> Heard:
         to_ns(message.onset),
         to_ns(message.end),
         to_ns(message.newest_sample),
+        to_ns(message.header.stamp),
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -56,7 +56,9 @@ def do_case(job: CaseJob) -> CaseCosts | None:
     """Learn a case; none when there is no movement of which all of both arms is seen."""
     movements: list[Movement] = []
     for session in job.simulated:
-        movements += movements_of(record_session(session, job.study))
+        # They are bent from rest to rest.
+        recorded_there = movements_of(record_session(session, job.study))
+        movements += [replace(movement, beyond=None) for movement in recorded_there]
     for recorded in job.recorded:
         movements += movements_of(tracks_of_bag(recorded.bag, recorded.bodies, recorded.side))
     if not movements:

@@ -3,8 +3,8 @@
 Cosines are those between the weights of nearness alone, each times how much its cost differs among what
 might have been done: with unsmoothness among them, which is always found, they would be near 1 though no
 nearness was. Two parts whose nearest points are always their ends, forearms and wrists for instance, have
-one cost under two names: nobody can tell how much of its weight is whose, so that weights of costs that are
-the same in all that might have been done are added up before they are compared.
+one cost under two names: nobody can tell how much of its weight is whose. So besides there are cosines of
+weights of which those of costs that are the same in all that might have been done are added up.
 
 Around a movement that is optimal the costs of what else might have been done differ by its own roughness,
 to second order, and by how it leans towards what is avoided, which cancels to first order for the true
@@ -84,10 +84,10 @@ class Found:
         joints: Which moved otherwise, of :data:`SPREADS`.
         costs: Names of the nearness costs that count in it.
         bend: How far keypoints are moved by the nearness that is avoided, the median movement [m].
-        cosines: Between true and learnt weights of nearness, those of the same costs added up, for each
-            of :data:`KINDS`: of the joints that people moved by; of movements drawn around the optimal
-            ones; of joints that were reckoned from keypoints with the noise of motion capture.
-        apart: The same of all costs by themselves, also those that are the same.
+        cosines: Between true and learnt weights of nearness for each of :data:`KINDS`: of the joints that
+            people moved by; of movements drawn around the optimal ones; of joints that were reckoned from
+            keypoints with the noise of motion capture.
+        merged: The same with the weights of costs that are the same added up.
         different: So many of the 25 costs are not the same as another one.
         agreement: Cosine, about zero, of true and learnt nearness costs of what might have been done beside
             what was, for each.
@@ -100,7 +100,7 @@ class Found:
     costs: tuple[str, ...]
     bend: float
     cosines: dict[str, float]
-    apart: dict[str, float]
+    merged: dict[str, float]
     different: int
     agreement: dict[str, float]
     flat: float
@@ -189,7 +189,8 @@ def seek(
     rng = np.random.default_rng(seed)
     spread = SPREADS[joints]
     free = spread > 0.0
-    movements = movements_of(record_session(session, study))
+    # They are bent from rest to rest.
+    movements = [replace(m, beyond=None) for m in movements_of(record_session(session, study))]
     truth = draw_truth(movements, spread, rng)
     alone = np.where(np.arange(NUMBER) < COUNT, 0.0, truth)
     optimal, smoothest = (
@@ -219,8 +220,8 @@ def seek(
         joints,
         tuple(COSTS[k] for k in np.flatnonzero(truth[:COUNT])),
         float(np.median([_apart(*pair) for pair in zip(optimal, smoothest, strict=True)])),
-        {kind: nearness_cosine(truth, found, same) for kind, found in learnt.items()},
         {kind: nearness_cosine(truth, found) for kind, found in learnt.items()},
+        {kind: nearness_cosine(truth, found, same) for kind, found in learnt.items()},
         len(set(same.tolist())),
         {kind: agreement(found.weights) for kind, found in learnt.items()},
         agreement(np.ones(NUMBER)),
@@ -294,8 +295,8 @@ def cosine_results(sought: Sequence[Found]) -> dict[str, float | None]:
             found[f"piirl_cosine{name}"] = round(float(np.median(cosines)), 4)
             found[f"piirl_cosine{name}_least"] = round(min(cosines), 4)
             found[f"piirl_cosine{name}_share"] = round(_share(cosines), 4)
-            apart = [one.apart[kind] for one in own]
-            found[f"piirl_cosine{name}_apart"] = round(float(np.median(apart)), 4)
+            merged = [one.merged[kind] for one in own]
+            found[f"piirl_cosine{name}_merged"] = round(float(np.median(merged)), 4)
             agreed = [one.agreement[kind] for one in own]
             found[f"piirl_agreement{name}"] = round(float(np.median(agreed)), 4)
             flat = [one.flat for one in own]
@@ -324,8 +325,8 @@ def cosine_lines(sought: Sequence[Found], about: str) -> list[str]:
         "learnt weights of nearness alone, each times how much its cost differs among what might be done "
         "(with unsmoothness, which is always found, they would be near 1 though no nearness was); wanted "
         f"{WANTED:g}, of joints that are known. Two parts whose nearest points are always their ends, "
-        "forearms and wrists for instance, have one cost under two names: weights of costs that are the "
-        f"same to {100 * SAME:g} % in all that might have been done are added up; *apart*: they are not. "
+        "forearms and wrists for instance, have one cost under two names; *added up*: weights of costs "
+        f"that are the same to {100 * SAME:g} % in all that might have been done are. "
         f"Around movements that are optimal others are drawn {1 / NEAR:.0f} times as near as around the "
         "rest, chosen by sixteen truths that are none of these. Agreement is the cosine of true and "
         "learnt costs of "
@@ -335,7 +336,7 @@ def cosine_lines(sought: Sequence[Found], about: str) -> list[str]:
         "motion capture sees it: joints reckoned from four keypoints with noise, smoothed as recordings "
         "are.\n",
         f"| what moves otherwise | bent by | learnt from | cosine: median | least | {WANTED:g} or more | "
-        "apart: median | agreement: median | least | of equal weights | better than those in |",
+        "added up: median | agreement: median | least | of equal weights | better than those in |",
         "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for joints in SPREADS:
@@ -345,11 +346,11 @@ def cosine_lines(sought: Sequence[Found], about: str) -> list[str]:
         for kind, words in KINDS.items():
             cosines = [one.cosines[kind] for one in own]
             agreement = [one.agreement[kind] for one in own]
-            apart = np.median([one.apart[kind] for one in own])
+            merged = np.median([one.merged[kind] for one in own])
             better = sum(one.agreement[kind] > one.flat for one in own)
             text.append(
                 f"| {joints} | {bend:.1f} cm | {words} | {np.median(cosines):.3f} | {min(cosines):.3f} | "
-                f"{100 * _share(cosines):.0f} % | {apart:.3f} | {np.median(agreement):.3f} | "
+                f"{100 * _share(cosines):.0f} % | {merged:.3f} | {np.median(agreement):.3f} | "
                 f"{min(agreement):.3f} | {flat:.3f} | {better} of {len(own)} |"
             )
     head = " | ".join(f"cosine, {words}" for words in KINDS.values())

@@ -7,7 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hri_prediction.ontology.config import WatchConfig
+
 WANTED_MS = 50.0
+STEP_NS = round(WatchConfig().step * 1e9)
+"""Between the instants of features [ns]."""
 
 
 @dataclass(frozen=True)
@@ -22,6 +26,7 @@ class Heard:
         onset_ns: When the movement began [ns].
         end_ns: When it ended [ns]; 0 while it is under way.
         newest_ns: Stamp of the newest sample behind it [ns].
+        instant_ns: Until when features are in it [ns].
     """
 
     at_ns: int
@@ -31,6 +36,7 @@ class Heard:
     onset_ns: int
     end_ns: int
     newest_ns: int
+    instant_ns: int
 
 
 @dataclass(frozen=True)
@@ -39,7 +45,8 @@ class LiveFigures:
 
     Attributes:
         movements: How many.
-        case_ms: From the end of each to the next time that its case was told, as it looked by then [ms].
+        case_ms: From the end of each to the next time that its case was told, of all features until the
+            end, as it looked by then [ms].
         known_ms: The same until what was told is what is told of the whole movement in the end [ms].
         complete_ms: From the end of each until it was certain that it was over, and told [ms].
         computed_ms: From the newest sample to that message [ms].
@@ -69,8 +76,9 @@ def figures_of(heard: Sequence[Heard]) -> LiveFigures:
             for one in heard
             if not one.complete
             and (one.first, one.onset_ns) == (told.first, told.onset_ns)
-            # What was told after the end of samples before it knows nothing of the end.
+            # What was told after the end of samples, or of features, before it knows nothing of the end.
             and one.newest_ns >= told.end_ns
+            and one.instant_ns > told.end_ns - STEP_NS
         ]
         later.append((told.at_ns, told.number))
         case.append((later[0][0] - told.end_ns) / 1e6)
@@ -105,7 +113,7 @@ def live_lines(told: dict[str, float | int]) -> list[str]:
     if not told:
         return ["### Live\n", "No movement was told of.\n"]
     names = {
-        "case": "the end of a movement, to its case as it looks by then",
+        "case": "the end of a movement, to its case by all features until then",
         "known": "the end of a movement, to the case that is told of it in the end",
         "complete": "the end of a movement, to its being over for certain, and told",
         "computed": "the newest sample, to that message",

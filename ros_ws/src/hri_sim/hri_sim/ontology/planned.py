@@ -207,6 +207,33 @@ def effect_lines(ways: Sequence[Way], cases: Sequence[str]) -> list[str]:
                 f"{later} | {100 * row['ok_without']:.0f} % | "
                 f"{100 * row['ok_with']:.0f} % |"
             )
+    return [*text, "", *_cross_lines(ways, cases, weights[-1])]
+
+
+def crossed(ways: Sequence[Way], cases: Sequence[str], weight: float) -> FloatArray:
+    """Median change of the costs of each case (columns) by planning with those of each (rows) [%]."""
+    return np.array(
+        [
+            [
+                100.0 * np.median([b.costs[name] / a.costs[name] - 1.0 for a, b in pairs])
+                for name in cases
+            ]
+            for case in cases
+            for pairs in [_pairs(ways, case, weight)]
+        ]
+    )
+
+
+def _cross_lines(ways: Sequence[Way], cases: Sequence[str], weight: float) -> list[str]:
+    """Whether costs of a case do more for that case than those of others do."""
+    text = [
+        f"The same motions by the costs of each case (weight {weight:g}, median change): were all cases "
+        "alike to the planner, rows would be the same.\n",
+        "| planned with | " + " | ".join(f"costs of {case}" for case in cases) + " |",
+        "| --- |" + " --- |" * len(cases),
+    ]
+    for case, row in zip(cases, crossed(ways, cases, weight), strict=True):
+        text.append(f"| {case} | " + " | ".join(f"{value:+.1f} %" for value in row) + " |")
     return [*text, ""]
 
 

@@ -142,31 +142,37 @@ def _person(name: str, study: DyadStudy, seed: int) -> _Person:
     return _Person(factors, seat, study.person_jitter * float(rng.standard_normal()))
 
 
-def setup_of(
+def places_of(
     session: Session, study: DyadStudy
-) -> tuple[DyadSetup, tuple[PersonFactors, PersonFactors]]:
-    """Where everything is in a session, and who the two are."""
+) -> tuple[Layout, tuple[PersonFactors, PersonFactors]]:
+    """Where everything is in a session, which is not quite where it is meant to be, and who the two are."""
     layout = layout_of(session.case, session.position)
     people = [_person(name, study, session.seed) for name in (session.subject, EXPERIMENTER)]
     rng = np.random.default_rng([session.seed, session.number, 1])
     spaces = layout.spaces.copy()
     for agent, space in np.ndindex(2, 2):
-        moved = study.layout_jitter * np.array((*rng.standard_normal(2), 0.0))
+        off = study.layout_jitter * np.array((*rng.standard_normal(2), 0.0))
         place = layout.spaces[agent, space]
         # A space that both have is moved once, for both.
         twins = np.linalg.norm(layout.spaces - place, axis=-1) < _SAME_M
         if agent == 0 or twins.sum() == 1:
-            spaces[twins] = place + moved
+            spaces[twins] = place + off
     bow = layout.bow.copy()
     for agent, person in enumerate(people):
         length = float(np.linalg.norm(bow[agent]))
         if length > 0.0:
             bow[agent] *= max(length + person.bow, 0.0) / length
     shoulders = layout.shoulders + np.array([person.seat for person in people])
-    setup = replace(layout, shoulders=shoulders, spaces=spaces, bow=bow).setup(
-        find_case(session.case).name
-    )
-    return setup, (people[0].factors, people[1].factors)
+    moved = replace(layout, shoulders=shoulders, spaces=spaces, bow=bow)
+    return moved, (people[0].factors, people[1].factors)
+
+
+def setup_of(
+    session: Session, study: DyadStudy
+) -> tuple[DyadSetup, tuple[PersonFactors, PersonFactors]]:
+    """The same for those who move hands."""
+    layout, people = places_of(session, study)
+    return layout.setup(find_case(session.case).name), people
 
 
 def dyad_in_case(

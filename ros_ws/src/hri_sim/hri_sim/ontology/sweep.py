@@ -12,7 +12,8 @@ import numpy as np
 from hri_prediction.ontology.evaluation import KINDS
 from hri_sim.ontology import figures
 from hri_sim.ontology.data import simulated_table
-from hri_sim.ontology.sessions import DyadStudy, sessions_of
+from hri_sim.ontology.layouts import measured_edges
+from hri_sim.ontology.sessions import DyadStudy, Session, layout_of, places_of, sessions_of
 from hri_sim.ontology.splits import RANDOM, SESSIONS, SUBJECT, Split, do_splits
 
 JITTERS_M = (0.0, 0.02, 0.04, 0.06, 0.08)
@@ -29,10 +30,28 @@ class Swept:
     Attributes:
         jitter: Of an action space's place [m].
         rates: By the labels and the kind of split.
+        kept: Of sessions, whose places still have the edges of their case, no more and no fewer.
+        other: Of those whose places have those of another one.
     """
 
     jitter: float
     rates: Mapping[tuple[str, str], float]
+    kept: float
+    other: float
+
+
+def edges_kept(sessions: Sequence[Session], study: DyadStudy) -> tuple[float, float]:
+    """Shares of sessions that have, as places are, the edges of their case, and those of another one.
+
+    In what is left an edge is neither there nor not.
+    """
+    found = []
+    for session in sessions:
+        meant = measured_edges(layout_of(session.case, session.position))
+        edges = measured_edges(places_of(session, study)[0])
+        found.append((edges == meant, edges is not None and edges != meant))
+    kept, other = np.mean(found, axis=0)
+    return float(kept), float(other)
 
 
 def sweep(
@@ -61,9 +80,8 @@ def sweep(
     for jitter in jitters:
         own = replace(study, layout_jitter=jitter)
         label = f"jitter {100 * jitter:g} cm"
-        table = simulated_table(
-            sessions_of(own, seed), own, runs, workers, progress(f"{label}: dyads")
-        )
+        sessions = sessions_of(own, seed)
+        table = simulated_table(sessions, own, runs, workers, progress(f"{label}: dyads"))
         splits = [
             Split(kind, labels, "", seed + number, cost)
             for number in range(repetitions)
@@ -76,7 +94,7 @@ def sweep(
         told = do_splits(table, splits, runs, workers, progress(f"{label}: splits"))
         shown = figures.matrices(told)
         rates = {(labels, kind): shown[labels][kind].overall for labels in KINDS for kind in SPLITS}
-        found.append(Swept(jitter, rates))
+        found.append(Swept(jitter, rates, *edges_kept(sessions, own)))
     return found
 
 
@@ -84,14 +102,18 @@ def sweep_lines(swept: Sequence[Swept]) -> list[str]:
     """The part of a report that says what the jitter does."""
     text = [
         "### How much places differ\n",
+        "Cases are what two people were told to do. As places, seats and detours differ, sessions may have "
+        "no longer the edges of their case, or those of another one, by the distances that layouts are "
+        "made by; in the rest an edge is neither there nor not.\n",
         "| jitter of places | " + " | ".join(
             f"{'20 cases' if labels == KINDS[0] else '7 classes'}, {NAMES[kind]}"
             for labels in KINDS for kind in SPLITS
-        ) + " |",
-        "| --- |" + " --- |" * (len(KINDS) * len(SPLITS)),
+        ) + " | sessions with the edges of their case | of another one |",
+        "| --- |" + " --- |" * (len(KINDS) * len(SPLITS) + 2),
     ]  # fmt: skip
     for one in swept:
         cells = [f"{100 * one.rates[labels, kind]:.1f} %" for labels in KINDS for kind in SPLITS]
+        cells += [f"{100 * share:.0f} %" for share in (one.kept, one.other)]
         text.append(f"| {100 * one.jitter:g} cm | {' | '.join(cells)} |")
     return [*text, ""]
 

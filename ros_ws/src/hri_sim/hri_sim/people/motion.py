@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hri_prediction.arm.geometry import FloatArray
+from hri_prediction.geometry.minimum_jerk import minimum_jerk
 from hri_sim.people.arm import ArmModel
 
 ENDPOINT_SCATTER = 0.02
@@ -28,12 +29,6 @@ SIDEWAYS_SPREAD = 0.04
 """Standard deviation of the sideways bow of the path, as a share of its length."""
 SWIVEL_SPREAD = 0.08
 """Standard deviation of the swivel at the end of a reach [rad]."""
-
-
-def minimum_jerk(tau: ArrayLike) -> FloatArray:
-    """Share of the way after the share ``tau`` of the time; 0 before and 1 after the movement."""
-    s = np.clip(np.asarray(tau, dtype=float), 0.0, 1.0)
-    return s * s * s * (10.0 + s * (-15.0 + 6.0 * s))
 
 
 def _bump(tau: ArrayLike) -> FloatArray:

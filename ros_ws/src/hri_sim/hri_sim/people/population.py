@@ -21,10 +21,11 @@ import numpy as np
 
 from hri_prediction.arm.geometry import FloatArray
 from hri_prediction.errors import ConfigError
+from hri_prediction.geometry.minimum_jerk import minimum_jerk
 from hri_prediction.tracks.segmentation import Reach
 from hri_prediction.tracks.track import ArmTrack
 from hri_sim.people.changes import change_mind
-from hri_sim.people.motion import HandMotion, draw_motion, minimum_jerk
+from hri_sim.people.motion import HandMotion, draw_motion
 from hri_sim.people.seeding import population_generator
 from hri_sim.people.tracking import SAMPLE_PERIOD_NS, TrackingModel
 from hri_sim.people.training import REST_S

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hri_planner.dmp.policy import PERIOD_S
 from hri_planner.dmp.response import response
-from hri_sim.people.motion import minimum_jerk
+from hri_prediction.geometry.minimum_jerk import minimum_jerk
 from hri_sim.people.person import SimulatedPerson
 from hri_sim.readability.participant import PER_METRE_S, USUAL_S, participant_spec
 from hri_sim.readability_report.cases import END_EFFECTOR, A

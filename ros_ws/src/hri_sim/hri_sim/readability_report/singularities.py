@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hri_planner.policy.config import PolicyConfig
 from hri_planner.policy.tool_velocity import ToolVelocity
 from hri_planner.robot.model import RobotModel, load_robot
-from hri_sim.people.motion import minimum_jerk
+from hri_prediction.geometry.minimum_jerk import minimum_jerk
 
 FloatArray = NDArray[np.float64]
 

@@ -14,7 +14,7 @@ import numpy as np
 from hri_planner.robot import RobotModel, load_robot
 from hri_prediction.arm.geometry import ArmRadii, FloatArray
 from hri_prediction.compiled import njit
-from hri_sim.people.motion import minimum_jerk
+from hri_prediction.geometry.minimum_jerk import minimum_jerk
 from hri_sim.people.person import SimulatedPerson, nominal_motion_of
 from hri_sim.scenario.nominal import nominal_goal, speed_share
 from hri_sim.scenario.schema import PersonSpec, ReachSpec, Scenario, TableSpec, Vector3

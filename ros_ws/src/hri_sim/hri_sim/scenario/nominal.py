@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from hri_planner.robot import RobotModel, solve_ik
 from hri_prediction.arm.geometry import FloatArray
 from hri_prediction.errors import PlanningError
-from hri_sim.people.motion import minimum_jerk
+from hri_prediction.geometry.minimum_jerk import minimum_jerk
 
 PEAK_SPEED = 1.875
 """Largest speed of a minimum-jerk motion, as a multiple of its mean speed."""
