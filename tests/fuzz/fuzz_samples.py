@@ -351,7 +351,7 @@ def plain_trees() -> dict[str, tuple[Any, ...]]:
     costs = ("hand_jerk", "joint_jerk", "energy")
     inputs = np.linspace(0.0, 1.0, 12).reshape(2, 6)
     data = WeightData(costs, inputs, np.zeros((2, 2)), np.full((2, 2), 0.1))
-    process = WeightProcess(data, np.zeros(2), np.ones(2), np.ones((2, 6)), np.ones(2))
+    process = WeightProcess(data, np.zeros(2), np.ones(2), np.ones((2, 6)))
     text = written(lambda path: save_process(path, process, "a test"), "a.json")
     person = {"format": PERSON_FORMAT, "changed": "2026-01-01", "weights": data_to_values(data)}
     flat = CaseCosts(np.full(NUMBER, 0.1), np.ones(NUMBER), 12, 0.9)

@@ -42,11 +42,7 @@ def people() -> WeightProcess:
         np.full((count, width), 0.1),
     )
     return WeightProcess(
-        data,
-        np.full(width, -1.0),
-        np.full(width, 0.3),
-        rng.uniform(0.5, 2.0, (width, 6)),
-        np.full(width, 0.02),
+        data, np.full(width, -1.0), np.full(width, 0.3), rng.uniform(0.5, 2.0, (width, 6))
     )
 
 

@@ -1,7 +1,5 @@
 """Weights by posture: the simplex, Gaussian processes beside scikit-learn's, people beside all people."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -15,6 +13,7 @@ from hri_prediction.hybrid.weight_process import (
     LEAST_WEIGHT,
     PersonalProcess,
     WeightData,
+    WeightProcess,
     to_alpha,
     to_logs,
 )
@@ -45,7 +44,7 @@ def test_the_posterior_is_that_of_scikit_learn(people, rng):
     for i in range(len(CHAPTER_2) - 1):
         kernel = kernels.ConstantKernel(people.amplitude[i]) * kernels.RBF(people.lengths[i])
         reference = gp.GaussianProcessRegressor(
-            kernel, alpha=people.data.variance[:, i] + people.noise[i], optimizer=None
+            kernel, alpha=people.data.variance[:, i], optimizer=None
         ).fit(people.data.inputs, people.data.logs[:, i] - people.mean[i])
         mean, covariance = reference.predict(asked, return_cov=True)
         own_mean, own_covariance = people.posterior(i, asked)
@@ -99,10 +98,10 @@ def test_the_one_that_ships_is_there():
     ("text", "says"),
     [
         ("{}", "no process of weights"),
-        ('{"format": "hri-weight-process-3"}', "lack or garble"),
+        ('{"format": "hri-weight-process-2"}', "lack or garble"),
         ("nonsense", "weights.json"),
         (
-            '{"format": "hri-weight-process-3", "costs": ["speed"], "inputs": [], "logs": [], '
+            '{"format": "hri-weight-process-2", "costs": ["speed"], "inputs": [], "logs": [], '
             '"variance": []}',
             "costs speed",
         ),
@@ -124,10 +123,8 @@ def test_unusable_data_are_refused(people):
         WeightData(CHAPTER_2, np.zeros((1, 6)), np.zeros((1, 3)), np.zeros((1, 3)))
     with pytest.raises(DataError, match="finite"):
         WeightData(CHAPTER_2, np.full((1, 6), np.nan), np.zeros((1, 3)), np.ones((1, 3)))
-    with pytest.raises(DataError, match="amplitude of a process"):
-        replace(people, amplitude=-people.amplitude)
-    with pytest.raises(DataError, match="noise of a process"):
-        replace(people, noise=0.0 * people.noise)
+    with pytest.raises(DataError, match="positive"):
+        WeightProcess(people.data, people.mean, -people.amplitude, people.lengths)
     with pytest.raises(DataError, match="expected hand_jerk"):
         people.data.and_also(WeightData.none(CHAPTER_3))
 
@@ -146,29 +143,6 @@ def test_fitting_finds_what_posture_says():
     assert np.abs(found - truth).mean() < 0.1
     # The angle that matters has the shortest scale.
     assert process.lengths[0].argmin() == 0
-
-
-def test_what_estimates_do_not_explain_is_noise_of_weights():
-    """Said to be known to 0.1, but they scatter by 0.5: what is more is no error of estimates."""
-    pytest.importorskip("sklearn")
-    rng = np.random.default_rng(2)
-    logs = rng.normal(0.0, 0.5, (200, 3))
-    data = WeightData(CHAPTER_2, rng.uniform(-1.0, 1.0, (200, 6)), logs, np.full((200, 3), 0.01))
-    process = fit_process(data)
-    np.testing.assert_allclose(process.noise, 0.25 - 0.01, rtol=0.3)
-    np.testing.assert_array_equal(process.data.variance, data.variance)
-
-
-def test_noise_of_weights_is_that_of_ones_own_too(people):
-    q = np.array([[0.2, 0.1, 0.3]]), np.array([[0.1, 1.0, 0.4]])
-    seen = WeightData.of(people.names, *q, [[0.1, 0.2, 0.6, 0.1]], 0.002 * np.ones((1, 4)))
-    before = people.guess(q[0][0], q[1][0]).logs
-    moved = [
-        np.abs(PersonalProcess(each, seen).guess(q[0][0], q[1][0]).logs - before)
-        for each in (replace(people, noise=people.noise + extra) for extra in (0.0, 1.0))
-    ]
-    # The process of all people changes little by it; what one reach says of its like, much.
-    assert (moved[1] < 0.7 * moved[0]).all()
 
 
 def test_fitting_says_what_it_needs():

@@ -23,7 +23,7 @@ _RESTARTS = 3
 def fit_process(data: WeightData, seed: int = 0) -> WeightProcess:
     """Length scales and amplitudes of greatest likelihood, of each logarithm by itself.
 
-    What observations scatter more than their variances say is noise of the process.
+    What observations scatter more than their variances say is added to these.
 
     Args:
         data: Of many reaches.
@@ -39,7 +39,7 @@ def fit_process(data: WeightData, seed: int = 0) -> WeightProcess:
     from sklearn.gaussian_process import GaussianProcessRegressor
     from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 
-    means, amplitudes, lengths, noise = [], [], [], []
+    means, amplitudes, lengths, variances = [], [], [], []
     for logs, variance in zip(data.logs.T, data.variance.T, strict=True):
         mean = float(np.average(logs, weights=1.0 / (variance + np.var(logs))))
         process = GaussianProcessRegressor(
@@ -57,8 +57,9 @@ def fit_process(data: WeightData, seed: int = 0) -> WeightProcess:
         means.append(mean)
         amplitudes.append(smooth.k1.constant_value)
         lengths.append(smooth.k2.length_scale)
-        noise.append(white.noise_level)
-    return WeightProcess(data, *map(np.array, (means, amplitudes, lengths, noise)))
+        variances.append(variance + white.noise_level)
+    own = WeightData(data.names, data.inputs, data.logs, np.array(variances).T)
+    return WeightProcess(own, np.array(means), np.array(amplitudes), np.array(lengths))
 
 
 def data_of_reaches(names: tuple[str, ...], rows: list[dict[str, Any]]) -> WeightData:

@@ -17,9 +17,8 @@ from hri_prediction.hybrid.body import CONVENTION
 from hri_prediction.hybrid.weight_process import WeightData, WeightProcess
 from hri_prediction.motor_control.scaling import MAXIMUM
 
-FORMAT = "hri-weight-process-3"
-"""Since 2 weights are those of reaches from rest to rest, and the file says of which arm they are; since 3
-noise is apart from what estimates are unsure by."""
+FORMAT = "hri-weight-process-2"
+"""Since 2 weights are those of reaches from rest to rest, and the file says of which arm they are."""
 SHIPPED = "first_weights.json"
 """Fitted to what inverse optimal control makes of the mean reaches of 15 simulated people for the 108 tasks
 of the thesis' chapter 3: ``scripts/fit_weights.py`` with the results of ``scripts/simulate_weights.py``."""
@@ -100,7 +99,6 @@ def save_process(
         "mean": process.mean.tolist(),
         "amplitude": process.amplitude.tolist(),
         "lengths_rad": process.lengths.tolist(),
-        "noise": process.noise.tolist(),
         **data_to_values(process.data),
     }
     lines = [f" {json.dumps(k)}: {json.dumps(v, allow_nan=False)}" for k, v in content.items()]
@@ -128,10 +126,7 @@ def load_process(path: Path | None = None) -> WeightProcess:
         check_arm(values)
         return WeightProcess(
             data_of_values(values),
-            *(
-                np.array(values[key], dtype=float)
-                for key in ("mean", "amplitude", "lengths_rad", "noise")
-            ),
+            *(np.array(values[key], dtype=float) for key in ("mean", "amplitude", "lengths_rad")),
         )
     except DataError as error:
         raise DataError(

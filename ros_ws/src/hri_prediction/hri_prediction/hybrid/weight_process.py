@@ -6,8 +6,7 @@ Weights lie on a simplex, Gaussians do not. So logarithms of ratios are what is 
           GP\big(m_i,\ a_i \exp(-\tfrac{1}{2} \textstyle\sum_k (x_k - x'_k)^2 / l_{ik}^2)\big),
           \quad x = (q_s, q_e),
 
-each observation with the variance that inverse optimal control found for it and the noise :math:`s_i` that
-weights have beyond that: what neither posture nor errors of estimates explain. What is known of one person
+each observation with the variance that inverse optimal control found for it. What is known of one person
 is a second process on top of that of all people: their own deviation from it, of the spread that there
 usually is between people, alike over wide ranges of posture. Its mean is used, its variance reported.
 """
@@ -191,7 +190,6 @@ class WeightProcess:
         mean: m (n - 1,).
         amplitude: a (n - 1,).
         lengths: l (n - 1, 6) [rad].
-        noise: s (n - 1,), variances.
 
     Raises:
         DataError: on shapes that do not fit, and on what is not finite and positive.
@@ -201,14 +199,12 @@ class WeightProcess:
     mean: Array
     amplitude: Array
     lengths: Array
-    noise: Array
     _factors: tuple[Array, ...] = field(init=False, repr=False)
     _solved: tuple[Array, ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         width = len(self.data.names) - 1
-        shapes = {"mean": (width,), "amplitude": (width,), "lengths": (width, 6), "noise": (width,)}
-        for name, shape in shapes.items():
+        for name, shape in (("mean", (width,)), ("amplitude", (width,)), ("lengths", (width, 6))):
             array = np.array(getattr(self, name), dtype=float)
             positive = name == "mean" or bool((array > 0.0).all())
             if array.shape != shape or not np.isfinite(array).all() or not positive:
@@ -221,8 +217,7 @@ class WeightProcess:
         factors, solved = [], []
         for i in range(width):
             matrix = self.kernel(i, self.data.inputs, self.data.inputs)
-            matrix += np.diag(self.data.variance[:, i] + self.noise[i])
-            factor = cholesky(matrix, lower=True)
+            factor = cholesky(matrix + np.diag(self.data.variance[:, i]), lower=True)
             factors.append(factor)
             solved.append(cho_solve((factor, True), self.data.logs[:, i] - self.mean[i]))
         object.__setattr__(self, "_factors", tuple(factors))
@@ -304,8 +299,7 @@ class PersonalProcess:
             covariance = covariance + self.sd**2 * _alike(points, points, lengths)
             value, variance = mean[0], covariance[0, 0]
             if len(self.own):
-                scatter = self.own.variance[:, i] + self.people.noise[i]
-                seen = covariance[1:, 1:] + np.diag(scatter)
+                seen = covariance[1:, 1:] + np.diag(self.own.variance[:, i])
                 factor = cholesky(seen, lower=True)
                 solved = cho_solve((factor, True), covariance[1:, 0])
                 value = value + solved @ (self.own.logs[:, i] - mean[1:])
