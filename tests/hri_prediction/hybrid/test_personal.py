@@ -6,16 +6,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hri_prediction.errors import DataError
-from hri_prediction.geometry.minimum_jerk import minimum_jerk
 from hri_prediction.hybrid.config import HybridConfig
 from hri_prediction.hybrid.personal import PersonalPrior, learn_personal, personal_prior
 from hri_prediction.hybrid.task import duration_of
 from hri_prediction.promp.basis import PhaseBasis
 from hri_prediction.promp.linalg import cholesky
-from hri_prediction.promp.regression import fit_weights
 
 BASIS = PhaseBasis(8)
-PRIOR = personal_prior(BASIS, np.full(48, 0.3), 0.9, HybridConfig(), 0.4)
+PRIOR = personal_prior(BASIS, np.full(48, 0.3), HybridConfig(), 0.4)
 
 
 def test_nothing_seen_is_the_prior():
@@ -26,36 +24,13 @@ def test_nothing_seen_is_the_prior():
 
 def test_the_prior_is_as_wide_as_the_settings_say():
     config = HybridConfig(scale_sd=0.0)
-    prior = personal_prior(BASIS, np.full(48, 0.3), 0.9, config, 0.4)
+    prior = personal_prior(BASIS, np.full(48, 0.3), config, 0.4)
     row = np.zeros(48)
     row[3 * 8 : 4 * 8] = BASIS.values([0.0])[0]
     at_start = np.sqrt(row @ prior.systematic @ row)
     # No drift at the begin; the detour smooths away a little.
     expected = np.hypot(config.offset_sd, config.detour_sd)
     assert at_start == pytest.approx(expected, rel=0.05)
-
-
-def test_a_straight_reach_is_as_likely_as_said():
-    """What lies between the optimum and a straight line is open by `bend_sd`, and vanishes at both ends."""
-    phases = np.linspace(0.0, 1.0, 61)
-    share = 0.9
-    rise = minimum_jerk(0.5 + share * (phases - 0.5))
-    rise = ((rise - rise[0]) / (rise[-1] - rise[0]))[:, None]
-    line = rise * np.array([0.1, 0.2, -0.1, 0.3, 0.3, 0.0])
-    bow = line + 0.05 * np.sin(np.pi * phases[:, None]) ** 2
-    weights = fit_weights(BASIS, phases, bow, 1e-9)
-    covariances = [
-        personal_prior(BASIS, weights, share, HybridConfig(bend_sd=sd), 0.4).systematic
-        for sd in (0.0, 0.5)
-    ]
-    added = covariances[1] - covariances[0]
-    rows = np.kron(np.eye(6), BASIS.values(phases))
-    sd = np.sqrt(np.maximum(np.diag(rows @ added @ rows.T), 0.0)).reshape(6, -1)
-    np.testing.assert_allclose(sd, 0.5 * np.abs(bow - line).T, atol=2e-3)
-    straight = fit_weights(BASIS, phases, line, 1e-9)
-    none = personal_prior(BASIS, straight, share, HybridConfig(bend_sd=0.5), 0.4).systematic
-    flat = personal_prior(BASIS, straight, share, HybridConfig(bend_sd=0.0), 0.4).systematic
-    np.testing.assert_allclose(none, flat, atol=1e-6)
 
 
 @settings(max_examples=25, deadline=None)

@@ -35,13 +35,6 @@ class HybridConfig:
     pace_scatter_sd: float = parameter(
         0.03, "how far, likewise, single reaches are early or late", low=0.0, high=0.3
     )
-    bend_sd: float = parameter(
-        0.5,
-        "by how much, as a share of the optimum's distance from a straight line, a person goes straighter "
-        "or rounder",
-        low=0.0,
-        high=2.0,
-    )
     detour_sd: float = parameter(
         0.015, "how far else a person's mean path strays from the optimum", unit="m", low=1e-4
     )

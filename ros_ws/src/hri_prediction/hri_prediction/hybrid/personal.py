@@ -27,7 +27,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hri_prediction.errors import DataError
-from hri_prediction.geometry.minimum_jerk import minimum_jerk
 from hri_prediction.hybrid.config import HybridConfig
 from hri_prediction.prediction.library import DIMS
 from hri_prediction.promp.basis import PhaseBasis
@@ -79,14 +78,13 @@ class Personal:
 
 
 def personal_prior(
-    basis: PhaseBasis, expected: Array, share: float, config: HybridConfig, smoothness: float
+    basis: PhaseBasis, expected: Array, config: HybridConfig, smoothness: float
 ) -> PersonalPrior:
     """What is expected before anything is seen.
 
     Args:
         basis: Of the phase.
         expected: Weights of the expected path (6 W,), from the shoulder: larger people reach further.
-        share: Of the duration from rest to rest that the path takes.
         config: How far people stray.
         smoothness: Phase over which deviations stay alike.
     """
@@ -100,10 +98,8 @@ def personal_prior(
     rows = basis.derivatives(phases) @ expected.reshape(DIMS, -1).T
     late = fit_weights(basis, phases, rows * (4.0 * phases * (1.0 - phases))[:, None], 1e-9)
     pace = np.outer(late, late)
-    bend = expected - _straight(basis, expected, share)
     systematic = (
         config.pace_sd**2 * pace
-        + config.bend_sd**2 * np.outer(bend, bend)
         + config.offset_sd**2 * np.kron(common, np.outer(level, level))
         + config.drift_sd**2 * np.kron(common, np.outer(drift, drift))
         + config.scale_sd**2 * np.outer(expected, expected)
@@ -111,16 +107,6 @@ def personal_prior(
     )
     scatter = config.variability_sd**2 * shape + config.pace_scatter_sd**2 * pace
     return PersonalPrior(systematic, scatter, config.variability_strength)
-
-
-def _straight(basis: PhaseBasis, expected: Array, share: float) -> Array:
-    """Weights (6 W,) of minimum-jerk lines between the ends of an expected path."""
-    phases = np.linspace(0.0, 1.0, 101)
-    first, last = basis.values([0.0, 1.0]) @ expected.reshape(DIMS, -1).T
-    # Of which both ends are cut off, where hands are slower than at an onset.
-    shares = minimum_jerk(0.5 + share * (phases - 0.5))
-    rise = (shares - shares[0]) / (shares[-1] - shares[0])
-    return fit_weights(basis, phases, first + rise[:, None] * (last - first), 1e-9)
 
 
 def _coupled(covariance: Array, width: int, coupling: float) -> Array:

@@ -165,8 +165,7 @@ class TaskRules:
 
     def prior(self, task: PersonalTask) -> PersonalPrior:
         """What is expected of deviations."""
-        smoothness = self.predictor.smoothness
-        return personal_prior(self.basis, task.expected, task.path.share, self.config, smoothness)
+        return personal_prior(self.basis, task.expected, self.config, self.predictor.smoothness)
 
     def personal(self, task: PersonalTask) -> Personal:
         """What is known of them."""
