@@ -155,7 +155,7 @@ class InteractionMonitorNode(HriNode):
         self._seen_ns[agent, sample.valid] = self._newest_ns[agent]
         segments = self._watch.push(agent, sample)
         if self._watch.jump:
-            self.fault("wrist", f"{message.body_id}: {self._watch.jump}")
+            self.fault(f"wrist {message.body_id}", f"{message.body_id}: {self._watch.jump}")
         for segment in segments:
             self._tell_segment(segment)
 
