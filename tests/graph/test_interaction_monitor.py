@@ -156,7 +156,7 @@ def test_a_case_is_known_within_50_ms_of_the_end(run: Graph) -> None:
             and to_ns(m.newest_sample) >= end_ns
             and to_ns(m.header.stamp) > end_ns - 20_000_000
         ]
-        # Features are known 20 ms apart, and looked at every 4 ms; 25 times a second would be too late.
+        # Features are known 20 ms apart, and looked at every 8 ms; 25 times a second would be too late.
         assert min(times) - end_ns <= 40e6
         instants = [
             to_ns(m.header.stamp)

@@ -50,7 +50,7 @@ class InteractionMonitorConfig:
         (), "Ids of the two bodies that are watched; empty: the first two that are tracked"
     )
     side: str = parameter("right", "Which arm of both is watched", choices=("right", "left"))
-    period: float = parameter(0.004, "Period of looking", unit="s", low=0.004, high=0.04)
+    period: float = parameter(0.008, "Period of looking", unit="s", low=0.004, high=0.04)
     max_future: float = parameter(
         0.05, "A stamp further ahead of the clock than this is refused", unit="s", low=0.0
     )
