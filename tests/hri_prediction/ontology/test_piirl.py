@@ -6,14 +6,19 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.optimize import approx_fprime
+from scipy.optimize import approx_fprime, minimize
 from two_arms import arm_track
 
 from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.ontology.costs import COSTS, NUMBER, path_costs
 from hri_prediction.ontology.features import pair_features
 from hri_prediction.ontology.movements import Movement, movements_of
-from hri_prediction.ontology.piirl import cosine, learn, negative_log_likelihood
+from hri_prediction.ontology.piirl import (
+    cosine,
+    learn,
+    likelihood_curvature,
+    negative_log_likelihood,
+)
 from hri_prediction.ontology.sampling import BEYOND, WAVES, draw_around, third_differences
 from hri_prediction.ontology.synthetic import optimal_movement, total_cost
 from hri_prediction.ontology.upper_body import NEUTRAL, UpperBody
@@ -42,6 +47,38 @@ def test_the_gradient_is_that_of_finite_differences(seed: int) -> None:
     _, gradient = negative_log_likelihood(weights, differences)
     wanted = approx_fprime(weights, lambda w: negative_log_likelihood(w, differences)[0], 1e-7)
     np.testing.assert_allclose(gradient, wanted, atol=1e-5)
+
+
+@given(st.integers(0, 10**6))
+@settings(max_examples=20)
+def test_the_curvature_is_that_of_finite_differences(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    differences = [rng.normal(size=(int(rng.integers(1, 8)), 5)) for _ in range(4)]
+    weights = rng.uniform(0.0, 2.0, 5)
+    wanted = approx_fprime(weights, lambda w: negative_log_likelihood(w, differences)[1], 1e-7)
+    np.testing.assert_allclose(likelihood_curvature(weights, differences), wanted, atol=1e-5)
+
+
+@given(st.integers(0, 10**6), st.floats(0.01, 10.0))
+@settings(max_examples=15)
+def test_the_minimum_is_as_low_as_another_solver_finds_it(seed: int, penalty: float) -> None:
+    """Where some costs go together, too, or are the same twice."""
+    rng = np.random.default_rng(seed)
+    mixed = np.column_stack((np.eye(4), rng.normal(size=(4, 2)), np.eye(4)[:, 0]))
+    demonstrations = [(rng.normal(size=4) - 0.3) @ mixed for _ in range(20)]
+    samples = [rng.normal(size=(15, 4)) @ mixed for _ in range(20)]
+    found = learn(demonstrations, samples, penalty)
+    scaled = [
+        (drawn - own) / found.scale for own, drawn in zip(demonstrations, samples, strict=True)
+    ]
+
+    def objective(weights: np.ndarray) -> float:
+        return negative_log_likelihood(weights, scaled)[0] + penalty * float(weights.sum())
+
+    other = minimize(objective, np.full(7, 0.1), method="L-BFGS-B", bounds=[(0.0, None)] * 7)
+    assert found.objective == pytest.approx(objective(found.scaled), rel=1e-9)
+    assert found.objective <= other.fun + 1e-9
+    assert (found.weights >= 0.0).all()
 
 
 @given(st.integers(0, 10**6), st.floats(0.0, 1.0))

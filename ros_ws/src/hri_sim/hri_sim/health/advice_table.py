@@ -134,7 +134,7 @@ TABLE = (
     Advice(
         "Markers are taken for each other, or jump: look at the labels in the motion capture program, for "
         "reflections, and that only one source sends this body.",
-        keys=("samples ",),
+        keys=("samples ", "wrist "),
         words=r"markers swapped|markers seemed swapped|\(jump|jump of a marker",
     ),
     Advice(
