@@ -7,13 +7,28 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hri_sim.faults.capture import CAPTURE
+from hri_sim.faults.capture import CAPTURE, MONITORS
 from hri_sim.faults.catalogue import FAULTS
 from hri_sim.faults.damaged import TOGETHER, same
-from hri_sim.faults.disturbances import DISTURBANCES
+from hri_sim.faults.disturbances import DISTURBANCES, clock_graph, reset_graph
 from hri_sim.reliability.fault import PROCESSES, Fault, Place, Result
 
 QUICK = [fault for fault in FAULTS if fault.kind != PROCESSES]
+
+
+OTHER_GRAPHS = {"clock_back": (3, 6), "clock_ahead": (3, 6), "reset": (2, 4, 6)}
+"""Repetitions with a policy, or with a monitor; of lines that are not here the second has a monitor."""
+
+
+def test_repetitions_have_other_graphs() -> None:
+    assert [clock_graph(seed) for seed in (3, 6)] == [("policy", "off"), ("ptomp", "measured")]
+    assert [reset_graph(seed) for seed in OTHER_GRAPHS["reset"]] == [
+        ("ptomp", "measured"),
+        ("policy", "off"),
+        ("policy", "measured"),
+    ]
+    assert MONITORS[1] == "measured"
+    assert {*OTHER_GRAPHS} <= {fault.name for fault in DISTURBANCES}
 
 
 @pytest.fixture(scope="session")
@@ -32,15 +47,12 @@ def test_a_line(fault: Fault, tmp_path: Path, keep: Path) -> None:
     [
         (fault, seed)
         for fault in (*CAPTURE, *DISTURBANCES)
-        # A clock that jumps meets a policy in the second repetition, a monitor in the third.
-        for seed in ((1, 2) if fault.name.startswith("clock_") else (1,))
+        for seed in OTHER_GRAPHS.get(fault.name, (1,))
         if not fault.name.startswith(("death_", "overload"))
     ],
     ids=lambda value: getattr(value, "name", value),
 )
-def test_a_line_with_a_separation_monitor(
-    fault: Fault, seed: int, tmp_path: Path, keep: Path
-) -> None:
+def test_a_line_with_another_graph(fault: Fault, seed: int, tmp_path: Path, keep: Path) -> None:
     check(fault, seed, tmp_path, keep)
 
 

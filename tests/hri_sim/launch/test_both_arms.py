@@ -54,6 +54,13 @@ def test_both_arms_are_waited_for_where_all_people_have_both(
     assert separation_specs(OFF, whole) == []
 
 
+def test_beside_real_people_the_monitor_is_as_it_starts(scenario: Scenario) -> None:
+    """No evasion, no touch, trunk and head and both arms, whatever people the scene has."""
+    (spec,) = separation_specs("measured", scenario, real=True)
+    assert spec.parameters == {"human": "measured"}
+    assert separation_specs(OFF, scenario, real=True) == []
+
+
 def arm(side: str, stamp_ns: int) -> HumanArm:
     points = np.full((4, 3), PLACES[side]) + 0.1 * np.arange(4)[:, None]
     message = HumanArm(body_id="person1", side=side, keypoints=points.ravel(), valid=[True] * 4)

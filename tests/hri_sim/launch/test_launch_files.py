@@ -225,8 +225,14 @@ def test_nodes_are_heard_on_this_machine_alone(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_a_real_cell_brings_its_own_robot_and_tracking() -> None:
-    nodes = _launch(_path("ptomp.launch.py"), simulator="false", person="false")
+    cell = {"simulator": "false", "person": "false"}
+    nodes = _launch(_path("ptomp.launch.py"), separation="off", **cell)
     assert {n.executable for n in nodes} == {"predictor", "ptomp"}
+    # Without a word on it somebody real is not left without a monitor.
+    found = {n.executable: _plain(n) for n in _launch(_path("ptomp.launch.py"), **cell)}
+    assert found.keys() == {"predictor", "ptomp", "separation_monitor"}
+    assert found["separation_monitor"] == {"human": "assumed"}
+    assert found["ptomp"]["heartbeat"] is False
 
 
 @pytest.mark.parametrize("place", ["", "0.1,0.2,0.3,90"])

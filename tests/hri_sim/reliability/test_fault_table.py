@@ -107,6 +107,12 @@ def test_what_cannot_be_brought_about_is_said(tmp_path: Path, progress: Progress
     result = bring_about(replace(FAULT, measure=refuse), 3, tmp_path, progress)
     assert result.met
     assert "no disk can be mounted here | skipped" in "\n".join(table.lines([result]))
+    # What was missed before that stays missed.
+    before = Result(FAULT, (Trial(0, {"rest_ms": None, "reached": 1.0}),), result.skipped)
+    assert not before.met
+    said = "\n".join(table.lines([before]))
+    assert "no disk can be mounted here" in said
+    assert "**missed, 1 of 1**" in said
 
 
 def test_every_line_has_a_name_of_its_own_and_a_bar() -> None:

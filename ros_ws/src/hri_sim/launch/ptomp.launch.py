@@ -9,9 +9,10 @@ the robot waits for a goal and the simulated person for a cue::
         "{target: robot_1}"
 
 ``separation:=measured`` (or ``predicted``, ``assumed``) starts a separation monitor beside them. In a real
-cell leave out what the cell has itself: ``simulator:=false person:=false``; the monitor then reckons with
-trunks and heads too, and evades nobody. The nodes are heard on this machine alone, unless discovery is
-set up otherwise, as by ``ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET``.
+cell leave out what the cell has itself: ``simulator:=false person:=false``; a monitor then starts unless
+``separation:=off`` says otherwise, reckons with trunks and heads too, and evades nobody. The nodes are
+heard on this machine alone, unless discovery is set up otherwise, as by
+``ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET``.
 """
 
 import os
@@ -26,6 +27,7 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
+from hri_planner.separation.config import ASSUMED
 from hri_prediction.ros.this_machine import stay_on_this_machine
 from hri_prediction.tracks.files import load_tracks
 from hri_prediction.tracks.placement import Placement
@@ -36,7 +38,7 @@ from hri_sim.launch.separation import (
     DEFAULT_SEPARATION,
     MONITOR,
     SEPARATIONS,
-    cell_separation_spec,
+    separation_specs,
 )
 from hri_sim.launch.supervisor import NodeSpec
 from hri_sim.scenario.schema import load_scenario
@@ -50,9 +52,10 @@ ARGUMENTS = {
         "policy that moves the robot instead, as rnn_gru_9x9_d1 (then goals go to policy/reach_target)",
     ),
     "separation": (
-        DEFAULT_SEPARATION,
+        "",
         "separation monitor, and how fast it takes people to come nearer: "
-        + ", ".join(SEPARATIONS),
+        + ", ".join(SEPARATIONS)
+        + f"; empty: {DEFAULT_SEPARATION}, with person:=false {ASSUMED}",
     ),
     "library": ("", "task library of train_promp.py; empty: constant-velocity prediction"),
     "record": ("", "bag folder to create; empty: nothing is recorded"),
@@ -96,6 +99,7 @@ def nodes(context: LaunchContext) -> list[Node]:
     shipped = resources.files("hri_sim").joinpath("scenarios/table_reach.yaml")
     path = Path(values["scenario"] or str(shipped)).resolve()
     library = Path(values["library"]).resolve() if values["library"] else None
+    real = values["person"].lower() == "false"
     options = RunOptions(
         out=Path(),
         seed=int(values["seed"]),
@@ -104,9 +108,9 @@ def nodes(context: LaunchContext) -> list[Node]:
         policy=values["policy"] or None,
         separation=one_of(
             "separation",
-            values["separation"],
+            values["separation"] or (ASSUMED if real else DEFAULT_SEPARATION),
             SEPARATIONS,
-            hint=f"give separation:={DEFAULT_SEPARATION}, or leave it out",
+            hint="or leave it out",
         ),
     )
     placement = None
@@ -116,14 +120,15 @@ def nodes(context: LaunchContext) -> list[Node]:
         place = values["place"]
         placement = Placement.parse(place) if place else suggest_placement(load_tracks(file)[trial])
     bag = Path(values["record"]).resolve()
-    specs = node_specs(options, load_scenario(path), path, library, placement, bag)
+    scenario = load_scenario(path)
+    specs = node_specs(options, scenario, path, library, placement, bag)
     left_out = {"recorder"} if not values["record"] else set()
     if values["simulator"].lower() == "false":
         left_out.add("simulator")
-    if values["person"].lower() == "false":
+    if real:
         left_out |= {"person", "replayer"}
-        real = cell_separation_spec(options.separation)
-        specs = [real if spec.executable == MONITOR else spec for spec in specs]
+        specs = [spec for spec in specs if spec.executable != MONITOR]
+        specs += separation_specs(options.separation, scenario, real=True)
     return [to_action(spec) for spec in specs if spec.executable not in left_out]
 
 

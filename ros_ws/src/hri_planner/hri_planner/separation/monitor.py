@@ -34,6 +34,7 @@ from hri_planner.separation.pairs import (
     ROW,
     SCALE,
     PartArrays,
+    fastest_of,
     least_allowed,
     robot_ends,
 )
@@ -66,6 +67,8 @@ FloatArray = NDArray[np.float64]
 NANO = 1_000_000_000
 STEP = 0.01
 """Scales are multiples of it."""
+LEAST_RATE = 0.01
+"""At a lower rate the reference's speed says nothing of what it would be at full rate."""
 
 
 class State(IntEnum):
@@ -106,12 +109,21 @@ class RobotState:
         qd: Joint speeds (7,) [rad/s].
         age_s: How long ago they were measured [s].
         rate: At which it follows its path now, 0...1.
+        path_qd: Joint speeds of the path now, at full rate (7,) [rad/s]; none: not known.
     """
 
     q: FloatArray
     qd: FloatArray
     age_s: float
     rate: float
+    path_qd: FloatArray | None = None
+
+    @classmethod
+    def following(
+        cls, q: FloatArray, qd: FloatArray, age_s: float, rate: float, qd_ref: FloatArray
+    ) -> RobotState:
+        """One that follows a reference whose joint speeds at that rate are known (7,) [rad/s]."""
+        return cls(q, qd, age_s, rate, qd_ref / rate if rate >= LEAST_RATE else None)
 
 
 @dataclass(frozen=True)
@@ -219,6 +231,10 @@ class SeparationMonitor:
         # The robot has gone on since it was measured.
         self._par[REACTION] = self._distance.reaction_time + robot.age_s
         ends, moving, row = self._ends, self._moving, self._row
+        path_speed = 0.0
+        if robot.path_qd is not None:
+            robot_ends(robot.q, robot.path_qd, self._robot.lengths, ends, moving)
+            path_speed = fastest_of(moving)
         robot_ends(robot.q, robot.qd, self._robot.lengths, ends, moving)
         least_allowed(
             ends,
@@ -226,6 +242,7 @@ class SeparationMonitor:
             self._robot.capsule_radii,
             robot.rate,
             self._slowest(now_ns, robot.rate),
+            path_speed,
             *arrays,
             self._release.release_margin,
             self._par,

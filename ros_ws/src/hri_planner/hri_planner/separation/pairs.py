@@ -90,12 +90,26 @@ def robot_ends(q: Any, qd: Any, lengths: Any, ends: Any, speeds: Any) -> None:
 
 
 @njit
+def fastest_of(velocities: Any) -> float:
+    """Speed of the fastest of some points (k, 3) [m/s]; NaN where one of them is not known."""
+    fastest = 0.0
+    for point in range(len(velocities)):
+        squares = 0.0
+        for k in range(3):
+            squares += velocities[point, k] ** 2
+        if not squares <= fastest and not math.isnan(fastest):  # NaN stays
+            fastest = squares
+    return math.sqrt(fastest)
+
+
+@njit
 def least_allowed(
     robot: Any,
     moving: Any,
     robot_radii: Any,
     rate: float,
     slowest: float,
+    path_speed: float,
     ends: Any,
     radii: Any,
     ages: Any,
@@ -120,6 +134,7 @@ def least_allowed(
         robot_radii: Of the robot's parts (3,) [m].
         rate: Rate at which the robot follows its path, 0...1.
         slowest: The least rate behind the velocities, with which the arm follows late.
+        path_speed: Of the fastest point of the path now, at full rate [m/s]; 0: not known.
         ends: Of the parts of people (m, 2, 3) [m].
         radii: Of these (m,) [m].
         ages: Of the ends' samples (m, 2) [s].
@@ -167,7 +182,7 @@ def least_allowed(
                 toward = 0.0
             seconds = par[REACTION] + par[STOPPING] * rate + par[SETTLING]
             protective = (
-                robot_travel(toward, slowest, rate, par, row)
+                robot_travel(toward, slowest, path_speed, rate, par, row)
                 + human_travel(
                     seconds, ends[part], ages[part], speeds[part], spreads[part], half_windows[part],
                     fastest[part], modes[part], outward, times[part], means[part], covariances[part],
@@ -176,16 +191,16 @@ def least_allowed(
                 + par[FIXED]
             )  # fmt: skip
             allowed = allowed_scale(
-                distance, toward, slowest, ends[part], ages[part], speeds[part], spreads[part],
-                half_windows[part], fastest[part], modes[part], outward, times[part], means[part],
-                covariances[part], aheads[part], par, out,
+                distance, toward, slowest, path_speed, ends[part], ages[part], speeds[part],
+                spreads[part], half_windows[part], fastest[part], modes[part], outward, times[part],
+                means[part], covariances[part], aheads[part], par, out,
             )  # fmt: skip
             up = allowed
             if margin > 0.0:
                 up = allowed_scale(
-                    distance - margin, toward, slowest, ends[part], ages[part], speeds[part],
-                    spreads[part], half_windows[part], fastest[part], modes[part], outward, times[part],
-                    means[part], covariances[part], aheads[part], par, out,
+                    distance - margin, toward, slowest, path_speed, ends[part], ages[part],
+                    speeds[part], spreads[part], half_windows[part], fastest[part], modes[part],
+                    outward, times[part], means[part], covariances[part], aheads[part], par, out,
                 )  # fmt: skip
             raised = min(raised, up)
             known = known and not math.isnan(distance - protective) and not math.isnan(toward)
@@ -196,12 +211,6 @@ def least_allowed(
     if worst < np.inf:
         out[:TERMS] = kept
         out[DISTANCE], out[PROTECTIVE], out[LINK], out[PART] = keep
-    fastest_point = 0.0
-    for end in range(LINKS + 1):
-        squares = 0.0
-        for k in range(3):
-            squares += moving[end, k] ** 2
-        fastest_point = max(fastest_point, math.sqrt(squares))
     # What is not known is not harmless either.
-    harmless = harmless_scale(fastest_point, slowest, par) if known else 0.0
+    harmless = harmless_scale(fastest_of(moving), slowest, path_speed, par) if known else 0.0
     out[SCALE], out[RAISED] = max(least, harmless), max(raised, harmless)

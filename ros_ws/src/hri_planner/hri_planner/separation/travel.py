@@ -30,24 +30,30 @@ TERMS = 5
 PARAMETERS = 12
 
 SLOWEST_SEEN = 0.1
-"""At a lower rate the robot's speed says too little of what it would be at full rate."""
+"""At a lower rate the robot's measured speed says too little of what it would be at full rate."""
 AWAY = -0.02
 """A part that is faster than that away from somebody evades them [m/s]."""
 _HALVINGS = 10  # of the allowed scale: to a thousandth
 
 
 @njit
-def robot_travel(toward: float, rate: float, scale: float, par: Any, terms: Any) -> float:
+def robot_travel(
+    toward: float, rate: float, path_speed: float, scale: float, par: Any, terms: Any
+) -> float:
     """How far a part comes towards the person if it is stopped a reaction time from now: S_r + S_s.
 
     Args:
         toward: Speed of its faster end towards the person now [m/s].
         rate: The least rate behind that speed, 0...1: the arm follows late.
+        path_speed: Of the fastest point of the path now, at full rate [m/s]; 0: not known.
         scale: Rate that it is given.
         par: Parameters.
         terms: Gets S_r, S_s and the speed at that rate.
     """
-    speed = toward * scale / rate if rate >= SLOWEST_SEEN else max(toward, par[START_SPEED] * scale)
+    if rate >= SLOWEST_SEEN:
+        speed = toward * scale / rate
+    else:
+        speed = max(toward, max(par[START_SPEED], path_speed) * scale)
     grown = par[ROBOT_ACCELERATION]
     reaction, stop = par[REACTION], par[STOPPING] * scale
     at_stop = max(speed + grown * reaction, 0.0)
@@ -78,6 +84,8 @@ def human_travel(
 ) -> float:
     """How far a part comes towards the robot until it rests: S_h.
 
+    No part is taken to become faster than is assumed; one that is seen to be faster already goes on so.
+
     Args:
         seconds: From now until the robot rests [s].
         ends: Of the part, as seen last (2, 3) [m].
@@ -98,10 +106,14 @@ def human_travel(
     farthest, speed = 0.0, 0.0
     for end in range(2):
         span = seconds + ages[end]
-        way = fastest * span
-        directed = max(par[SPEED_ERROR], par[NOISE] * spreads[end])
+        error = max(par[SPEED_ERROR], par[NOISE] * spreads[end])
+        seen = 0.0
         for k in range(3):
-            directed += speeds[end, k] * outward[k]
+            seen += speeds[end, k] * outward[k]
+        directed = seen + error
+        way = fastest * span
+        if mode != ASSUMED_MODE and seen - error > fastest:
+            way = (seen - error) * span
         if mode == MEASURED_MODE:
             # The measured speed is that of the middle of the window.
             gained = par[HUMAN_ACCELERATION] * span * (half_window + 0.5 * span)
@@ -146,6 +158,7 @@ def allowed_scale(
     distance: float,
     toward: float,
     rate: float,
+    path_speed: float,
     ends: Any,
     ages: Any,
     speeds: Any,
@@ -167,24 +180,24 @@ def allowed_scale(
     nearer, and the allowed rate falls on; but never as fast as the robot can slow down, since the
     protective distance falls with the rate by at least what both come nearer during that much of the ramp.
 
+    With evasion, of a part that moves away, what the person does is left out: it is only to have room for
+    its own way back, should it turn round.
+
     The arguments are those of :func:`robot_travel` and :func:`human_travel`.
     """
-    if math.isnan(distance) or math.isnan(toward) or math.isnan(rate):
+    if math.isnan(distance) or math.isnan(toward) or math.isnan(rate) or math.isnan(path_speed):
         return 0.0
-    if par[EVASION] > 0.0 and toward < AWAY:
-        return 1.0
+    evades = par[EVASION] > 0.0 and toward < AWAY
     low, high = 0.0, 1.0
     scale = 1.0
     for halving in range(_HALVINGS + 1):
         seconds = par[REACTION] + par[STOPPING] * scale + par[SETTLING]
-        needed = (
-            robot_travel(toward, rate, scale, par, terms)
-            + human_travel(
+        needed = robot_travel(toward, rate, path_speed, scale, par, terms) + par[FIXED]
+        if not evades:
+            needed += human_travel(
                 seconds, ends, ages, speeds, spreads, half_window, fastest, mode, outward, times, mean,
                 covariance, ahead, par, terms,
-            )
-            + par[FIXED]
-        )  # fmt: skip
+            )  # fmt: skip
         if needed <= distance:
             if halving == 0:
                 return 1.0
@@ -196,7 +209,7 @@ def allowed_scale(
 
 
 @njit
-def harmless_scale(speed: float, rate: float, par: Any) -> float:
+def harmless_scale(speed: float, rate: float, path_speed: float, par: Any) -> float:
     """Largest rate at which no point of the robot gets faster than is harmless before it is seen again.
 
     A slow robot may be about to become fast: until a change of the rate has its effect, its points gain
@@ -205,12 +218,14 @@ def harmless_scale(speed: float, rate: float, par: Any) -> float:
     Args:
         speed: Of the fastest point now [m/s].
         rate: The least rate behind that speed, 0...1: the arm follows late.
+        path_speed: Of the fastest point of the path now, at full rate [m/s]; 0: not known. Of a path that
+            is fast the harmless rate is so low that measured speeds say nothing of it.
         par: Parameters.
     """
     contact = par[CONTACT_SPEED]
-    if not contact > 0.0 or math.isnan(speed) or math.isnan(rate):
+    if not contact > 0.0 or math.isnan(speed) or math.isnan(rate) or math.isnan(path_speed):
         return 0.0
-    full = speed / rate if rate >= SLOWEST_SEEN else max(speed, par[START_SPEED])
+    full = max(speed / rate if rate >= SLOWEST_SEEN else max(speed, par[START_SPEED]), path_speed)
     low, high, scale = 0.0, 1.0, 1.0
     for halving in range(_HALVINGS + 1):
         seconds = par[REACTION] + 0.5 * par[STOPPING] * scale

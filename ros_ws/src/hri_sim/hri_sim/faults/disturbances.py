@@ -34,10 +34,22 @@ SILENCE = (
 ENDED = Figure("ended", "the motion ends with a reason", limit=1.0, least=True)
 
 
+def clock_graph(seed: int) -> tuple[str, str]:
+    """What moves the robot where the clock jumps, and the monitor beside it: two of three times other ones.
+
+    Scenes follow each other by the seed: each of them gets each of these.
+    """
+    return ((PTOMP, OFF), (POLICY, OFF), (PTOMP, "measured"))[seed // 3 % 3]
+
+
+def reset_graph(seed: int) -> tuple[str, str]:
+    """What moves the robot that is reset, and the monitor beside it."""
+    return (PTOMP, POLICY)[seed // 4 % 2], (OFF, "measured")[seed // 2 % 2]
+
+
 def clock(low_s: float, high_s: float, seed: int, place: Place) -> Trial:
     """The clock of all nodes jumps; two of three times with a policy, or with a monitor."""
-    # Scenes follow each other by the seed: each of them gets each of these.
-    mover, monitor = ((PTOMP, OFF), (POLICY, OFF), (PTOMP, "measured"))[seed // 3 % 3]
+    mover, monitor = clock_graph(seed)
     with Motion(seed, place, "clock", mover=mover, separation=monitor, start_s=20.0) as motion:
         handle = motion.under_way()
         by_s = motion.rng.uniform(low_s, high_s)
@@ -57,7 +69,7 @@ def clock(low_s: float, high_s: float, seed: int, place: Place) -> Trial:
 
 def reset(seed: int, place: Place) -> Trial:
     """Robot and people are put back to where they began."""
-    monitor, mover = (OFF, "measured")[seed // 2 % 2], (PTOMP, POLICY)[seed // 4 % 2]
+    mover, monitor = reset_graph(seed)
     with Motion(seed, place, "reset", mover=mover, separation=monitor) as motion:
         handle = motion.under_way()
         nodes = ("simulator", "person")[: 1 + seed % 2]

@@ -35,7 +35,14 @@ from hri_prediction.files.values import parse_yaml
 from hri_prediction.results.origin import results_origin
 from hri_prediction.results.progress import ProgressLine
 from hri_sim.launch.adapt_checks import MODES, check_free, check_given
-from hri_sim.launch.adaptation import TRIALS, AdaptationOptions, Conducted, run_adaptation
+from hri_sim.launch.adaptation import (
+    HUMANS,
+    SIMULATED,
+    TRIALS,
+    AdaptationOptions,
+    Conducted,
+    run_adaptation,
+)
 from hri_sim.launch.deaths import ON_DEATH, STOP
 from hri_sim.launch.folder import naming
 from hri_sim.launch.lockstep import run_in_lockstep
@@ -47,8 +54,6 @@ from hri_sim.readability.library_command import DEFAULT_LIBRARY
 from hri_sim.readability.traits import POPULATIONS
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
-
-HUMANS = ("simulated", "live")
 
 
 @app.command(context_settings={"help_option_names": ["-h", "--help"]})
@@ -73,7 +78,7 @@ def adapt(
             help="live: whose answers count: simulated (the observer node), or live (keys pressed with "
             "examples/live/press_goal.py, or hands from motion capture nodes that you start)."
         ),
-    ] = "simulated",
+    ] = SIMULATED,
     population: Annotated[
         str,
         typer.Option(help="Whom simulated people are drawn from: " + ", ".join(POPULATIONS) + "."),

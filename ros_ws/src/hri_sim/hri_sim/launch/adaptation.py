@@ -32,7 +32,12 @@ from hri_sim.launch.held_signals import EndingSignals
 from hri_sim.launch.parameters import complete_parameters, read_parameters
 from hri_sim.launch.run import COMMAND_TIMEOUT_S, RECORDER_STOP_TIMEOUT_S
 from hri_sim.launch.scene import SCENARIO
-from hri_sim.launch.separation import DEFAULT_SEPARATION, heartbeat, separation_specs
+from hri_sim.launch.separation import (
+    DEFAULT_SEPARATION,
+    check_stopping,
+    heartbeat,
+    separation_specs,
+)
 from hri_sim.launch.supervisor import NodeSpec, Supervisor
 from hri_sim.launch.telling import print_line
 from hri_sim.readability.scene import experiment_scenario
@@ -40,6 +45,9 @@ from hri_sim.scenario.schema import Scenario, save_scenario
 
 EXPERIMENT = "experiment.yaml"
 """What is done, as the nodes read it."""
+SIMULATED, LIVE = "simulated", "live"
+HUMANS = (SIMULATED, LIVE)
+"""Whose answers count."""
 TRIALS = "trials"
 """Folder of the trials in that of an experiment."""
 ADAPTATION_STOP_S = 1.0
@@ -72,7 +80,7 @@ class AdaptationOptions:
     person: str
     seed: int
     policy: Path | None = None
-    human: str = "simulated"
+    human: str = SIMULATED
     population: str = "usual"
     parameters: Path | None = None
     record: bool = True
@@ -120,7 +128,7 @@ def adaptation_specs(
             },
         ),
         NodeSpec("hri_planner", "policy", {**planner, **heartbeat(options.separation)}),
-        *separation_specs(options.separation, scenario),
+        *separation_specs(options.separation, scenario, real=options.human == LIVE),
         NodeSpec(
             "hri_planner",
             "adaptation",
@@ -133,7 +141,7 @@ def adaptation_specs(
             },
         ),
     ]
-    if options.human == "simulated":
+    if options.human == SIMULATED:
         observer = {
             "experiment": str(experiment_path),
             "seed": options.seed,
@@ -309,6 +317,9 @@ def run_adaptation(options: AdaptationOptions, console: Console, line: ProgressL
             adaptation_specs(options, scenario, folder, folders.bag if options.record else None),
             read_parameters(options.parameters),
             f"--parameters {options.parameters}",
+        )
+        check_stopping(
+            {spec.label: spec.parameters for spec in specs}, f"--parameters {options.parameters}"
         )
         with Supervisor(folder) as supervisor:
             conductor = AdaptationConductor(

@@ -34,16 +34,25 @@ def contact_speed(mode: str) -> float:
     return 0.0 if mode in (ASSUMED, OFF) else CONTACT_SPEED
 
 
-def separation_specs(mode: str, scenario: Scenario) -> list[NodeSpec]:
+def separation_specs(mode: str, scenario: Scenario, *, real: bool = False) -> list[NodeSpec]:
     """The monitor, unless it is off.
 
-    Simulated and replayed people are an arm and nothing else, or both arms where a scenario says so: where
-    all of its people have both, both are waited for. A planner that evades them is to be let do
-    so, and a robot that was stopped right beside a hand is to get away from it: but not where people are
-    assumed to be as fast as the standard has them, which is how a robot rests before anybody can touch it.
+    Real people have trunk and head and two arms, and nobody evades or nudges them: it reckons with what it
+    does by itself. Simulated and replayed people are an arm and nothing else, or both arms where a scenario
+    says so: where all of its people have both, both are waited for. A planner that evades them is to be
+    let do so, and a robot that was stopped right beside a hand is to get away from it: but not where people
+    are assumed to be as fast as the standard has them, which is how a robot rests before anybody can touch
+    it.
+
+    Args:
+        mode: One of :data:`SEPARATIONS`.
+        scenario: The scene, with the people that are simulated or replayed.
+        real: Whether people are real instead.
     """
     if mode == OFF:
         return []
+    if real:
+        return [NodeSpec("hri_planner", MONITOR, {"human": mode})]
     whole = bool(scenario.persons) and all(person.both_arms for person in scenario.persons)
     parameters: dict[str, Any] = {
         "human": mode,
@@ -54,11 +63,6 @@ def separation_specs(mode: str, scenario: Scenario) -> list[NodeSpec]:
     if mode != ASSUMED:
         parameters |= {"evasion": True, "contact_speed": contact_speed(mode)}
     return [NodeSpec("hri_planner", MONITOR, parameters)]
-
-
-def cell_separation_spec(mode: str) -> NodeSpec:
-    """The monitor beside real people: they have trunk and head, and nobody is evaded or nudged."""
-    return NodeSpec("hri_planner", MONITOR, {"human": mode})
 
 
 def heartbeat(mode: str) -> dict[str, bool]:

@@ -82,10 +82,11 @@ def kept_lines(results: Sequence[Result], origin: str) -> list[str]:
 
 def _line(result: Result) -> str:
     fault = result.fault
-    if result.skipped:
+    if result.skipped and not result.trials:
         measured, verdict = result.skipped, "skipped"
     else:
-        measured = "; ".join(filter(None, (_short(result, figure) for figure in fault.figures)))
+        figures = (_short(result, figure) for figure in fault.figures)
+        measured = "; ".join(filter(None, (*figures, result.skipped)))
         missed = len(result.failed_seeds())
         count = len(result.trials)
         verdict = f"met, {count} of {count}" if not missed else f"**missed, {missed} of {count}**"

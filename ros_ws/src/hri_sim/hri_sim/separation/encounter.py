@@ -282,7 +282,9 @@ class Encounter:
         simulation = self._simulation
         controller = simulation.controller
         rate = controller.scale if controller.active else 0.0
-        self._joints = RobotState(simulation.q.copy(), simulation.qd.copy(), PERIOD_S, rate)
+        self._joints = RobotState.following(
+            simulation.q.copy(), simulation.qd.copy(), PERIOD_S, rate, controller.qd_ref
+        )
 
     def _deliver(self, now_ns: int) -> None:
         chain = self._simulation.controller.chain
