@@ -20,10 +20,11 @@ from hri_planner.separation.monitor import RobotState, SeparationMonitor, State
 from hri_planner.separation.parts import SeenArm
 from hri_planner.separation.track import ArmWatch
 from hri_prediction.arm.geometry import SIDES, arm_capsules
+from hri_prediction.errors import DataError
 from hri_prediction.geometry.segments import capsule_distances
 from hri_sim.separation.forecasts import Forecasts
 from hri_sim.separation.intents import Chasing, Intent, Reaching, Walking, draw_changes
-from hri_sim.separation.robot_motion import draw_posture, motion_to
+from hri_sim.separation.robot_motion import Motion, draw_posture, motion_to
 from hri_sim.separation.visitor import LEANS, Visitor, draw_figure
 from hri_sim.simulator.simulation import Simulation
 
@@ -46,6 +47,7 @@ VISITOR = "visitor"
 """Body id of the person."""
 KINDS = ("walking", "reaching", "chasing")
 _MILLI = 1_000_000
+_LEAD_S = 0.03  # motions begin so much later than they are sent
 _LOOK_AHEAD_S = 1e-4  # step of speeds
 
 
@@ -102,6 +104,7 @@ class Meeting:
         fastest_approach: Speed at which the robot came at who was touched, the largest [m/s]; negative:
             it was leaving; 0: there was no touch.
         closest: Smallest distance of all [m].
+        turns: How often the robot's motion was replaced on its way.
         stops: How often the robot was stopped.
         stopped_s: How long it was at a stop [s].
         slowed_s: How long it was slowed [s].
@@ -114,6 +117,7 @@ class Meeting:
     fastest_touch: float
     fastest_approach: float
     closest: float
+    turns: int
     stops: int
     stopped_s: float
     slowed_s: float
@@ -164,7 +168,10 @@ class Encounter:
         self._rng = rng = np.random.default_rng([seed, KINDS.index(kind)])
         self._robot: RobotModel = simulation.robot
         simulation.reset(q=draw_posture(self._robot, rng))
-        self._goal = simulation.q.copy()
+        self._motion: Motion | None = None
+        # Every other robot goes to where it was to go; the others think better of it on the way.
+        self._turn_ns = 0 if rng.integers(2) else None
+        self._turns = 0
         self._visitor, self._intent = draw_visit(kind, rng, settings.distance)
         self._monitor = SeparationMonitor(
             self._robot, settings.distance, settings.body, settings.release
@@ -204,8 +211,7 @@ class Encounter:
             stopped += state == State.STOPPED
             slowed += state == State.SLOWED
             before = state
-            if not simulation.controller.active:
-                self._next_motion(now_ns)
+            self._move_robot(now_ns)
             looks = 2 if gap < NEAR_M else 1
             for _ in range(looks):
                 for _ in range(steps // looks):
@@ -230,6 +236,7 @@ class Encounter:
             touch,
             approach if touch else 0.0,
             closest,
+            self._turns,
             stops,
             stopped * PERIOD_S,
             slowed * PERIOD_S,
@@ -293,14 +300,32 @@ class Encounter:
         while self._commands and self._commands[0][0] <= now_ns:
             chain.command(self._commands.popleft()[1], now_ns)
 
-    def _next_motion(self, now_ns: int) -> None:
-        start = self._goal
-        self._goal = draw_posture(self._robot, self._rng)
-        speed = self._rng.uniform(0.2, 1.5)
-        stamp_ns = now_ns + 30 * _MILLI
-        self._simulation.controller.accept(
-            motion_to(self._robot, start, self._goal, speed, stamp_ns)
+    def _move_robot(self, now_ns: int) -> None:
+        """The next motion, or another one in the middle of one that is not slowed."""
+        controller, rng = self._simulation.controller, self._rng
+        start = np.zeros((3, 7))
+        if controller.active:
+            if self._turn_ns is None or now_ns < self._turn_ns or controller.scale < 1.0:
+                return
+            assert self._motion is not None
+            start = self._motion.at(controller.time_in_trajectory + _LEAD_S)
+        else:
+            start[0] = controller.q_ref
+        motion = motion_to(
+            self._robot, start, draw_posture(self._robot, rng), rng.uniform(0.2, 1.5)
         )
+        if motion is None:
+            return  # another one the next time
+        trajectory = motion.trajectory(self._robot, now_ns + round(_LEAD_S * 1e9))
+        turns = controller.active
+        try:
+            controller.accept(trajectory)
+        except DataError:
+            return  # the clock has gone on otherwise than the path: the motion goes on
+        self._motion = motion
+        self._turns += turns
+        if self._turn_ns is not None:
+            self._turn_ns = now_ns + round(rng.uniform(0.2, 0.8) * 1e9)
 
     def _look(self) -> tuple[float, float, float]:
         """Distance of the surfaces [m]; speeds of the robot's fastest point, and towards the person [m/s].

@@ -1,9 +1,12 @@
-"""Motions of the robot that heed nobody: between random postures, as fast as is asked for."""
+"""Motions of the robot that heed nobody: between random postures, or to another one on the way."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import BPoly
 
 from hri_planner.robot.model import RobotModel
 from hri_sim.simulator.trajectory import JointTrajectory
@@ -12,9 +15,11 @@ FloatArray = NDArray[np.float64]
 
 LOWEST_M = 0.08
 """No point of the arm beyond the elbow is lower in a posture [m]: there is the table."""
-MOST_ACCELERATION = 6.0
-"""Of any point of the arm [m/s²]."""
-_POINTS = 21
+MOST_ACCELERATION = 8.0
+"""Of any point of the arm [m/s²]: as much as the monitor reckons with."""
+_POINTS = 31
+_JOINT_SHARE = 0.9  # of the joints' speed limits
+_LONGER, _TRIES = 1.15, 16
 
 
 def draw_posture(robot: RobotModel, rng: np.random.Generator) -> FloatArray:
@@ -27,35 +32,75 @@ def draw_posture(robot: RobotModel, rng: np.random.Generator) -> FloatArray:
             return q
 
 
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """A quintic that ends at rest.
+
+    Attributes:
+        duration: Of it [s].
+        curve: Joint angles (7,) [rad] of the time from its beginning [s].
+    """
+
+    duration: float
+    curve: BPoly
+
+    def at(self, time_s: FloatArray | float) -> FloatArray:
+        """Joint angles, speeds and accelerations (3, ..., 7) at times from its beginning [s]."""
+        time_s = np.clip(time_s, 0.0, self.duration)
+        found: FloatArray = np.array([self.curve(time_s, order) for order in range(3)])
+        return found
+
+    def trajectory(self, robot: RobotModel, stamp_ns: int) -> JointTrajectory:
+        """What a controller gets; it begins at the stamp."""
+        time_s = np.linspace(0.0, self.duration, _POINTS)
+        return JointTrajectory(stamp_ns, robot.joint_names, time_s, *self.at(time_s))
+
+
 def motion_to(
-    robot: RobotModel, start: FloatArray, goal: FloatArray, speed: float, stamp_ns: int
-) -> JointTrajectory:
-    """A quintic from rest to rest, so long that no point of the arm is faster than that.
+    robot: RobotModel, start: FloatArray, goal: FloatArray, speed: float
+) -> Motion | None:
+    """The shortest of some quintics to rest that keep to what is asked for.
 
     Args:
         robot: The model.
-        start: Joint angles (7,) [rad].
+        start: Joint angles, speeds and accelerations it begins with (3, 7).
         goal: Joint angles (7,) [rad].
-        speed: Of the fastest point [m/s]; slower where joints or the acceleration allow no more.
-        stamp_ns: When it begins [ns].
+        speed: No point of the arm is faster [m/s], unless it is so at first.
+
+    Returns:
+        The motion; none when there is none within the joint limits, below :data:`MOST_ACCELERATION`.
     """
-    s = np.linspace(0.0, 1.0, _POINTS)
-    share = s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
-    rate = 30.0 * s**2 * (1.0 - s) ** 2
-    growth = 60.0 * s * (1.0 - 3.0 * s + 2.0 * s**2)
-    way = goal - start
-    q = start + share[:, None] * way
-    points = robot.frames(q)
-    step = s[1] - s[0]
-    fastest = np.linalg.norm(np.gradient(points, step, axis=0), axis=-1).max()
-    bent = np.linalg.norm(np.diff(points, 2, axis=0), axis=-1).max() / step**2
-    joints = (np.abs(way) * rate.max() / (0.9 * robot.velocity)).max()
-    duration = max(fastest / speed, np.sqrt(bent / MOST_ACCELERATION), joints, 0.2)
-    return JointTrajectory(
-        stamp_ns,
-        robot.joint_names,
-        s * duration,
-        q,
-        rate[:, None] * way / duration,
-        growth[:, None] * way / duration**2,
+    end = np.zeros((3, 7))
+    end[0] = goal
+    # Of a quintic from rest to rest; nothing shorter will do.
+    duration = max(
+        float((1.875 * np.abs(goal - start[0]) / (_JOINT_SHARE * robot.velocity)).max()), 0.2
     )
+    fastest = max(speed, _speeds(robot, start[0], start[1]))
+    for _ in range(_TRIES):
+        motion = Motion(duration, BPoly.from_derivatives([0.0, duration], [start, end]))
+        if _keeps(robot, motion, fastest):
+            return motion
+        duration *= _LONGER
+    return None
+
+
+def _keeps(robot: RobotModel, motion: Motion, fastest: float) -> bool:
+    """Whether a motion is within the joint limits, and no point of it too fast or too jerky."""
+    q, qd, _ = motion.at(np.linspace(0.0, motion.duration, _POINTS))
+    if (q < robot.lower).any() or (q > robot.upper).any():
+        return False
+    if (np.abs(qd) > _JOINT_SHARE * robot.velocity + 1e-9).any():
+        return False
+    points = robot.frames(q)
+    step = motion.duration / (_POINTS - 1)
+    speeds = np.linalg.norm(np.diff(points, axis=0), axis=-1) / step
+    bent = np.linalg.norm(np.diff(points, 2, axis=0), axis=-1) / step**2
+    return bool(speeds.max() <= fastest + 1e-9 and bent.max() <= MOST_ACCELERATION)
+
+
+def _speeds(robot: RobotModel, q: FloatArray, qd: FloatArray) -> float:
+    """Speed of the fastest point of the arm [m/s]."""
+    step = 1e-5
+    ways = robot.frames(q + step * qd) - robot.frames(q)
+    return float(np.linalg.norm(ways, axis=-1).max()) / step
