@@ -13,6 +13,7 @@ from hri_prediction.errors import ConfigError
 from hri_prediction.results.progress import ProgressLine
 from hri_sim.faults.catalogue import FAULTS
 from hri_sim.faults.command import NAMES, chosen
+from hri_sim.faults.processes import BESIDE
 from hri_sim.launch.parameters import CONFIGURATIONS
 from hri_sim.launch.run_node import installed_nodes
 from hri_sim.reliability import kept, table
@@ -122,7 +123,11 @@ def test_every_line_has_a_name_of_its_own_and_a_bar() -> None:
         keys = [figure.key for figure in fault.figures]
         assert len(set(keys)) == len(keys), fault.name
         assert module_of(fault.measure).startswith("hri_sim.faults."), fault.name
-    nodes = {fault.name.removeprefix("kill_") for fault in FAULTS if fault.name.startswith("kill_")}
+    killed = [
+        fault.name.removeprefix("kill_") for fault in FAULTS if fault.name.startswith("kill_")
+    ]
+    nodes = {name for name in killed if not name.endswith(BESIDE)}
+    assert {name.removesuffix(BESIDE) for name in killed} == nodes
     assert nodes == {name for _, name in installed_nodes()}
     assert nodes == set(CONFIGURATIONS)
     assert nodes <= {fault.name.removeprefix("freeze_") for fault in FAULTS}

@@ -64,13 +64,17 @@ REASONS = {
 """What is said of each when it falls silent: one of these words."""
 
 
-def live_graph(victim: str, place: Place) -> LiveGraph:
-    """The graph that a node of this name is part of: one that runs already, or a new one."""
-    kind = victim if victim in (POLICY, MONITOR, *SOURCES) else "planner"
+def kind_of(victim: str) -> str:
+    """The kind of graph that a node is looked at in, unless another is said."""
     if victim in IN_TRIALS:
-        kind = "trials"
-    elif victim == INTERACTION:
-        kind = DYAD
+        return "trials"
+    if victim == INTERACTION:
+        return DYAD
+    return victim if victim in (POLICY, MONITOR, *SOURCES) else "planner"
+
+
+def live_graph(kind: str, place: Place) -> LiveGraph:
+    """A graph of this kind: one that runs already, or a new one."""
     running = place.stays.get(GRAPH)
     if isinstance(running, LiveGraph):
         if running.folder.name == kind:
@@ -106,12 +110,13 @@ def new_folder(folder: Path) -> Path:
 def many(
     one: Callable[[LiveGraph, str, int, Place], Trial],
     victim: str,
+    kind: str,
     seeds: Sequence[int],
     place: Place,
 ) -> Iterator[Trial]:
     """Repetitions in one graph; where it does not come back to life a new one is started."""
     for seed in seeds:
-        graph = live_graph(victim, place)
+        graph = live_graph(kind, place)
         try:
             trial = one(graph, victim, seed, place)
         except GraphError as error:
@@ -219,7 +224,7 @@ def _wanted_of(victim: str) -> tuple[Figure, ...]:
     return (*trials, STEP, *touched)
 
 
-def _kill(victim: str) -> Fault:
+def _kill(victim: str, kind: str = "") -> Fault:
     said = Figure("reason_ms", "reason said in the graph after", "ms", 1000.0)
     answer = {
         RECORDER: "named; the run goes on; the bag is salvaged up to 1 s before",
@@ -235,37 +240,42 @@ def _kill(victim: str) -> Fault:
     elif victim in (ADAPTATION, INTERACTION):
         figures = (NAMED,)
     return Fault(
-        f"kill_{victim}",
-        f"kill -9 of {victim}",
+        f"kill_{victim}{BESIDE if kind else ''}",
+        f"kill -9 of {victim}{', beside a monitor' if kind else ''}",
         "SIGKILL at a random time of a motion; the launcher starts the node again (--on-death restart)",
         answer,
         PROCESSES,
         (*figures, READY, *_wanted_of(victim)),
-        partial(many, kill, victim),
+        partial(many, kill, victim, kind or kind_of(victim)),
     )
 
 
-def _freeze(victim: str) -> Fault:
+def _freeze(victim: str, kind: str = "") -> Fault:
     moved, unheard = victim not in HANDS_OFF, victim in SILENT
     answer = "robot at rest, and named" if moved else "named"
     figures = ((AT_REST,) if moved else ()) + ((UNHEARD,) if unheard else (NAMED,))
     held_s = SILENT_HELD_S if unheard else HELD_S
     return Fault(
-        f"freeze_{victim}",
-        f"{victim} is frozen",
+        f"freeze_{victim}{BESIDE if kind else ''}",
+        f"{victim} is frozen{', beside a monitor' if kind else ''}",
         f"SIGSTOP at a random time of a motion, SIGCONT {held_s:g} s later",
         f"{answer}; afterwards it goes on",
         PROCESSES,
         (*figures, READY, *_wanted_of(victim)),
-        partial(many, freeze, victim),
+        partial(many, freeze, victim, kind or kind_of(victim)),
     )
 
 
 PLANNED = (SIMULATOR, "person", "predictor", "ptomp", RECORDER)
 """Nodes of the graph with a planner; it serves all of them in turn."""
+MONITORED = ("person", "ptomp")
+"""Those that are looked at beside a separation monitor too, which then has the robot stop."""
+BESIDE = "_monitored"
+"""What the names of those lines end with."""
 PROCESS_FAULTS = (
     *map(_kill, PLANNED), *map(_freeze, PLANNED),
     _kill(POLICY), _freeze(POLICY), _kill(MONITOR), _freeze(MONITOR),
+    *(line(node, MONITOR) for line in (_kill, _freeze) for node in MONITORED),
     _kill(OBSERVER), _freeze(OBSERVER), _kill(ADAPTATION), _freeze(ADAPTATION),
     *(line(node) for node in (*SOURCES, INTERACTION) for line in (_kill, _freeze)),
 )  # fmt: skip
