@@ -25,6 +25,7 @@ from hri_prediction.ros.time import to_time
 from hri_sim.nodes.simulator_node import SimulatorNode
 from hri_sim.scenario.schema import Scenario
 from hri_sim.testing import Graph, node_factory
+from hri_sim.testing.domain import own_domain
 
 COMMAND = "joint_trajectory_controller/joint_trajectory"
 
@@ -200,7 +201,7 @@ def test_clock_drives_a_node_with_use_sim_time() -> None:
     from rclpy.parameter import Parameter
 
     context = Context()
-    rclpy.init(context=context, domain_id=101)
+    rclpy.init(context=context, domain_id=own_domain())
     clock = SimulatorNode(
         context=context,
         parameter_overrides=[

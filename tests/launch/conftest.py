@@ -18,6 +18,8 @@ sys.path.insert(0, str(Path(__file__).parent))
 from launched import Launched
 from terminals import Terminals
 
+from hri_sim.testing.domain import own_domain
+
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = ROOT / "scripts"
 
@@ -29,7 +31,7 @@ def launch(tmp_path: Path) -> Iterator[Callable[..., Launched]]:
     everything: list[psutil.Process] = []
 
     def start(*options: str, out: Path | None = None, script: str = "launch_ptomp.py") -> Launched:
-        domain = 1 + os.getpid() % 100
+        domain = own_domain("launch")
         folder = out or tmp_path / "run"
         printed = tmp_path / f"printed_{len(started)}.txt"
         with printed.open("w") as file:

@@ -11,8 +11,9 @@ from collections.abc import Iterator
 import pytest
 
 from hri_prediction.ros.this_machine import stay_on_this_machine
+from hri_sim.testing.domain import own_domain
 
-DOMAIN = 1 + (os.getpid() + 50) % 100
+DOMAIN = own_domain("isolation")
 PRESENT = """
 import rclpy, sys
 from std_msgs.msg import String

@@ -10,8 +10,10 @@ from pathlib import Path
 
 import pytest
 
+from hri_sim.testing.domain import own_domain
+
 ROOT = Path(__file__).resolve().parents[2]
-DOMAIN = 1 + (os.getpid() + 71) % 100
+DOMAIN = own_domain("scripts")
 
 
 def run(name: str, *options: str, folder: Path) -> str:

@@ -12,12 +12,13 @@ from rclpy.node import Node
 
 from hri_planner.ros.action import TickedActionServer
 from hri_prediction.ros.messages import ReachTarget
+from hri_sim.testing.domain import own_domain
 
 
 @pytest.fixture
 def node() -> Iterator[Node]:
     context = Context()
-    rclpy.init(context=context, domain_id=83)
+    rclpy.init(context=context, domain_id=own_domain())
     node = Node("action_test", context=context)
     yield node
     node.destroy_node()

@@ -37,8 +37,9 @@ from hri_prediction.tracks.importers.convert import (  # noqa: E402
 )
 from hri_prediction.tracks.importers.recognise import read_markers  # noqa: E402
 from hri_prediction.tracks.placement import Placement  # noqa: E402
+from hri_sim.testing.domain import own_domain  # noqa: E402
 
-DOMAIN = 1 + (os.getpid() + 71) % 100
+DOMAIN = own_domain("mocap_live_node")
 LABELS = ("RSHO", "RELB", "RWRA", "RWRB", "RFIN")
 MAP = "shoulder=RSHO,elbow=RELB,wrist=RWRA+RWRB,hand_tip=RFIN"
 REST = np.array(

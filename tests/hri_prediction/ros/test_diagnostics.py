@@ -1,6 +1,5 @@
 """What a node says on /diagnostics of its topics, ticks and faults; its time is the test's."""
 
-import os
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -18,8 +17,9 @@ from hri_prediction.ros.diagnostics import ERROR, OK, WARN, Fault, summary
 from hri_prediction.ros.node import HriNode
 from hri_prediction.ros.qos import LATCHED, SENSOR, reliable
 from hri_prediction.ros.time import NANO, to_time
+from hri_sim.testing.domain import own_domain
 
-DOMAIN = 1 + (os.getpid() + 59) % 100
+DOMAIN = own_domain("diagnostics")
 BEGIN = 1000 * NANO
 MS = 1_000_000
 

@@ -1,6 +1,5 @@
 """What all nodes share: the inbox between two ticks, and notice of not having been run."""
 
-import os
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -17,8 +16,9 @@ from std_msgs.msg import Float64
 from hri_prediction.ros.messages import Reset
 from hri_prediction.ros.node import COUNTED_DROPS, STANDSTILL_S, HriNode
 from hri_prediction.ros.qos import reliable
+from hri_sim.testing.domain import own_domain
 
-DOMAIN = 1 + (os.getpid() + 53) % 100
+DOMAIN = own_domain("hri_node")
 
 
 class Listener(HriNode):

@@ -26,10 +26,11 @@ from hri_sim.health.figures import NodeStatus
 from hri_sim.health.watch import Row, Watch
 from hri_sim.nodes.person_node import PersonNode
 from hri_sim.testing import Graph, node_factory
+from hri_sim.testing.domain import own_domain
 from hri_sim.tools import watch_health
 from hri_sim.tools.discovery import discovery, domain
 
-DOMAIN = 1 + (os.getpid() + 83) % 100
+DOMAIN = own_domain("watch_health")
 
 
 class Talker(HriNode):

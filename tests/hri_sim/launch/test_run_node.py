@@ -17,8 +17,9 @@ pytest.importorskip("hri_msgs.msg")
 from hri_planner.nodes.ptomp_node import PtompNode  # noqa: E402
 from hri_prediction.ros.readiness import ready_line  # noqa: E402
 from hri_sim.launch import run_node  # noqa: E402
+from hri_sim.testing.domain import own_domain  # noqa: E402
 
-DOMAIN = 1 + (os.getpid() + 53) % 100
+DOMAIN = own_domain("run_node")
 NODES = (
     "adaptation",
     "dyad",

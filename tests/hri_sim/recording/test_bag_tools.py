@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -25,11 +24,12 @@ from hri_prediction.bags import BagWriter, TopicInfo, inspect_bag  # noqa: E402
 from hri_prediction.bags.metadata import OfferedQos  # noqa: E402
 from hri_prediction.errors import ConfigError  # noqa: E402
 from hri_prediction.ros.messages import PlannerStatus  # noqa: E402
+from hri_sim.testing.domain import own_domain  # noqa: E402
 from hri_sim.tools import echo_topic  # noqa: E402
 from hri_sim.tools import inspect_bag as inspect_tool  # noqa: E402
 from hri_sim.tools.fields import columns, follow, parse_field, to_text  # noqa: E402
 
-DOMAIN = 1 + (os.getpid() + 71) % 100
+DOMAIN = own_domain("bag_tools")
 
 
 @pytest.fixture

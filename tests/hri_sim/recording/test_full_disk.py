@@ -16,9 +16,10 @@ from rosbags.highlevel import AnyReader
 from hri_prediction.bags import BagReader, BagWriter, TopicInfo, inspect_bag, salvage
 from hri_prediction.errors import DataError
 from hri_sim.recording.recorder_core import RecorderConfig, RecorderCore
+from hri_sim.testing.domain import own_domain
 
 INFO = TopicInfo("/noise", "std_msgs/msg/ByteMultiArray")
-DOMAIN = 1 + (os.getpid() + 47) % 100
+DOMAIN = own_domain("full_disk")
 
 
 @pytest.fixture

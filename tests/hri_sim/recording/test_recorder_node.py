@@ -36,8 +36,9 @@ from hri_prediction.bags import BagReader, inspect_bag, salvage  # noqa: E402
 from hri_prediction.errors import ConfigError  # noqa: E402
 from hri_sim.nodes.recorder_node import RecorderNode  # noqa: E402
 from hri_sim.recording.sequence import SequenceGaps  # noqa: E402
+from hri_sim.testing.domain import own_domain  # noqa: E402
 
-DOMAIN = 1 + os.getpid() % 100
+DOMAIN = own_domain("recorder_node")
 BEST_EFFORT = QoSProfile(
     history=HistoryPolicy.KEEP_LAST, depth=100, reliability=ReliabilityPolicy.BEST_EFFORT
 )

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -25,9 +24,10 @@ from hri_prediction.ros.time import to_ns, to_time  # noqa: E402
 from hri_prediction.tracks.files import save_tracks  # noqa: E402
 from hri_prediction.tracks.track import ArmTrack  # noqa: E402
 from hri_sim.nodes.replayer_node import ReplayerNode  # noqa: E402
+from hri_sim.testing.domain import own_domain  # noqa: E402
 from hri_sim.tools import replay_mocap  # noqa: E402
 
-DOMAIN = 1 + (os.getpid() + 37) % 100
+DOMAIN = own_domain("replayer_node")
 NS = 10**9
 ARM = np.array([[0.0, 0.0, 0.4], [0.0, 0.0, 0.11], [-0.25, 0.0, 0.11], [-0.34, 0.0, 0.11]])
 POINTS = ARM + np.random.default_rng(1).normal(scale=0.02, size=(40, 4, 3))

@@ -16,6 +16,7 @@ from hri_prediction.closing import Closing
 from hri_prediction.errors import GraphError
 from hri_prediction.ros.messages import ReachTarget
 from hri_prediction.ros.node import HriNode
+from hri_sim.testing.domain import own_domain
 from hri_sim.testing.lockstep import LockStep
 
 NodeFactory = Callable[..., HriNode]
@@ -55,7 +56,7 @@ class Graph(Closing):
         factories: Callables ``f(context=…, lockstep_ns=…) -> HriNode``, in ticking order.
         start_s: Time before the first step [s].
         step_s: Base step [s].
-        domain_id: ROS domain; by default one that depends on the process, so that parallel test
+        domain_id: ROS domain; by default one that is this process' own, so that parallel test
             runs do not hear each other.
         timeout_s: Wall time after which a message that does not arrive is an error [s].
 
@@ -78,10 +79,7 @@ class Graph(Closing):
     ) -> None:
         os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
         self.context = Context()
-        # 1…100: ports of higher domains may collide with ephemeral ones.
-        rclpy.init(
-            context=self.context, domain_id=domain_id if domain_id else 1 + os.getpid() % 100
-        )
+        rclpy.init(context=self.context, domain_id=domain_id or own_domain())
         start_ns = round(start_s * 1e9)
         made: list[HriNode] = []
         try:
