@@ -44,7 +44,7 @@ def person(
     )
 
 
-def needed(scale: float, rate: float, toward: float, who: tuple, path_speed: float = 0.0) -> float:
+def needed(scale: float, rate: float, toward: float, who: tuple, path_speed: float = -1.0) -> float:
     terms = np.empty(travel.TERMS)
     seconds = CONFIG.reaction_time + CONFIG.stopping_time * scale + CONFIG.settling_time
     robot = travel.robot_travel(toward, rate, path_speed, scale, PAR, terms)
@@ -56,7 +56,7 @@ def needed(scale: float, rate: float, toward: float, who: tuple, path_speed: flo
 def test_the_robot_stops_within_its_terms(scale: float, toward: float) -> None:
     """Against a step by step account of the worst: it speeds up till the stop, and along the ramp."""
     terms = np.empty(travel.TERMS)
-    total = travel.robot_travel(toward, 1.0, 0.0, scale, PAR, terms)
+    total = travel.robot_travel(toward, 1.0, -1.0, scale, PAR, terms)
     dt, way, time, path = 1e-5, 0.0, 0.0, toward * scale
     stop = CONFIG.stopping_time * scale
     while time < CONFIG.reaction_time + stop:
@@ -191,11 +191,11 @@ def test_who_is_evaded_counts_not_but_the_way_back_does(
     par = parameter_vector(ProtectiveDistanceConfig(evasion=True))
     terms = np.empty(travel.TERMS)
     rushing = person(travel.MEASURED_MODE, 0.05, 2.0)
-    scale = travel.allowed_scale(distance, toward, rate, 0.0, *rushing, par, terms)
+    scale = travel.allowed_scale(distance, toward, rate, -1.0, *rushing, par, terms)
     if toward >= travel.AWAY:
-        assert scale == travel.allowed_scale(distance, toward, rate, 0.0, *rushing, PAR, terms)
+        assert scale == travel.allowed_scale(distance, toward, rate, -1.0, *rushing, PAR, terms)
         return
-    own = travel.robot_travel(toward, rate, 0.0, scale, par, terms) + par[travel.FIXED]
+    own = travel.robot_travel(toward, rate, -1.0, scale, par, terms) + par[travel.FIXED]
     assert scale == 0.0 or own <= distance
     if distance > par[travel.FIXED] + 0.1:
         assert scale == 1.0

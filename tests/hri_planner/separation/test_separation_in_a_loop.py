@@ -50,7 +50,7 @@ class Robot:
         self._par, self._config = parameter_vector(config), config
         self._accelerations = accelerations
         self._path_speed, self._path_time, self._fastest = speed, 0.0, fastest
-        self._seen_speed = 0.0
+        self._seen_speed = -1.0
         self._commands = [0.0] * REACTION_STEPS
         self._rates = deque([0.0], maxlen=1 + round(config.settling_time / STEP))
         self.rate, self.speed, self.way = 0.0, 0.0, 0.0
@@ -65,7 +65,7 @@ class Robot:
         share = self._accelerations[int(self._path_time / STRETCH_S) % len(self._accelerations)]
         gained = config.robot_acceleration * share * self.rate * STEP
         fastest = self._fastest
-        self._seen_speed = abs(self._path_speed) if self.rate >= LEAST_RATE else 0.0
+        self._seen_speed = abs(self._path_speed) if self.rate >= LEAST_RATE else -1.0
         self._path_speed = min(max(self._path_speed + gained, -fastest), fastest)
         self._path_time += self.rate * STEP
         self.speed += (self._path_speed * self.rate - self.speed) * (1.0 - math.exp(-STEP / LAG_S))

@@ -66,7 +66,7 @@ def test_a_touch_is_a_bar_that_is_missed() -> None:
         "machine": {"cpu": "x", "cores": 2, "python": "3.11"},
     }
     content = {"origin": origin, "smoke": False, "encounters": found}
-    assert "in 6,000 encounters" in command.report(content, ())
+    assert "in 12,000 encounters" in command.report(content, ())
     assert "| met |" in command.report(content, ())
     # With the monitor alone that lets people come nearer, nothing is promised.
     found["evading"]["chasing"]["touched_moving"] = 2

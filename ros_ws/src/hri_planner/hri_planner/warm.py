@@ -70,5 +70,5 @@ def warm_separation() -> None:
     arm = np.array([[0.8, 0.0, 0.4], [0.7, 0.0, 0.1], [0.5, 0.0, 0.1], [0.4, 0.0, 0.1]])
     arm.setflags(write=False)  # as samples of messages are
     watch.add(1, arm)
-    still = RobotState(np.zeros(7), np.zeros(7), 0.0, 1.0)
+    still = RobotState.following(np.zeros(7), np.zeros(7), 0.0, 1.0, np.zeros(7))
     monitor.decide(1, still, {"person": watch.at(1)})

@@ -231,7 +231,7 @@ class SeparationMonitor:
         # The robot has gone on since it was measured.
         self._par[REACTION] = self._distance.reaction_time + robot.age_s
         ends, moving, row = self._ends, self._moving, self._row
-        path_speed = 0.0
+        path_speed = -1.0
         if robot.path_qd is not None:
             robot_ends(robot.q, robot.path_qd, self._robot.lengths, ends, moving)
             path_speed = fastest_of(moving)

@@ -134,7 +134,7 @@ def least_allowed(
         robot_radii: Of the robot's parts (3,) [m].
         rate: Rate at which the robot follows its path, 0...1.
         slowest: The least rate behind the velocities, with which the arm follows late.
-        path_speed: Of the fastest point of the path now, at full rate [m/s]; 0: not known.
+        path_speed: Of the fastest point of the path now, at full rate [m/s]; below 0: not known.
         ends: Of the parts of people (m, 2, 3) [m].
         radii: Of these (m,) [m].
         ages: Of the ends' samples (m, 2) [s].

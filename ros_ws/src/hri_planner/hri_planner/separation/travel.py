@@ -45,7 +45,7 @@ def robot_travel(
     Args:
         toward: Speed of its faster end towards the person now [m/s].
         rate: The least rate behind that speed, 0...1: the arm follows late.
-        path_speed: Of the fastest point of the path now, at full rate [m/s]; 0: not known.
+        path_speed: Of the fastest point of the path now, at full rate [m/s]; below 0: not known.
         scale: Rate that it is given.
         par: Parameters.
         terms: Gets S_r, S_s and the speed at that rate.
@@ -53,7 +53,7 @@ def robot_travel(
     if rate >= SLOWEST_SEEN:
         speed = toward * scale / rate
     else:
-        speed = max(toward, max(par[START_SPEED], path_speed) * scale)
+        speed = max(toward, (path_speed if path_speed >= 0.0 else par[START_SPEED]) * scale)
     grown = par[ROBOT_ACCELERATION]
     reaction, stop = par[REACTION], par[STOPPING] * scale
     at_stop = max(speed + grown * reaction, 0.0)
@@ -218,14 +218,17 @@ def harmless_scale(speed: float, rate: float, path_speed: float, par: Any) -> fl
     Args:
         speed: Of the fastest point now [m/s].
         rate: The least rate behind that speed, 0...1: the arm follows late.
-        path_speed: Of the fastest point of the path now, at full rate [m/s]; 0: not known. Of a path that
-            is fast the harmless rate is so low that measured speeds say nothing of it.
+        path_speed: Of the fastest point of the path now, at full rate [m/s]; below 0: not known. Of a path
+            that is fast the harmless rate is so low that measured speeds say nothing of it.
         par: Parameters.
     """
     contact = par[CONTACT_SPEED]
     if not contact > 0.0 or math.isnan(speed) or math.isnan(rate) or math.isnan(path_speed):
         return 0.0
-    full = max(speed / rate if rate >= SLOWEST_SEEN else max(speed, par[START_SPEED]), path_speed)
+    if rate >= SLOWEST_SEEN:
+        full = max(speed / rate, path_speed)
+    else:
+        full = max(speed, path_speed if path_speed >= 0.0 else par[START_SPEED])
     low, high, scale = 0.0, 1.0, 1.0
     for halving in range(_HALVINGS + 1):
         seconds = par[REACTION] + 0.5 * par[STOPPING] * scale

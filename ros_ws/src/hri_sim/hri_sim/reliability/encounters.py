@@ -156,7 +156,7 @@ def lines(found: Mapping[str, Any]) -> list[str]:
     """The tables, in Markdown."""
     text = [
         "A person with two arms, trunk and head meets a robot that moves between random postures, at up "
-        "to 1.5 m/s and 8 m/s², and heeds nobody; every other one turns on its way, about twice a second. "
+        "to 1.5 m/s and 10 m/s², and heeds nobody; every other one turns on its way, about twice a second. "
         "Who is *walking* goes through its workspace at up to 1.6 m/s with "
         "swinging arms; who is *reaching* stands at the table and puts a hand where the tool was, and "
         "back; who is *chasing* goes for the nearest point of the robot at once and all the time, at up "

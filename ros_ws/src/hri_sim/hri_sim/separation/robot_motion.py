@@ -15,7 +15,7 @@ FloatArray = NDArray[np.float64]
 
 LOWEST_M = 0.08
 """No point of the arm beyond the elbow is lower in a posture [m]: there is the table."""
-MOST_ACCELERATION = 8.0
+MOST_ACCELERATION = 10.0
 """Of any point of the arm [m/s²]: as much as the monitor reckons with."""
 _POINTS = 31
 _JOINT_SHARE = 0.9  # of the joints' speed limits
