@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from hri_planner.robot import load_robot
 from hri_planner.separation.config import BodyConfig, ProtectiveDistanceConfig, ReleaseConfig
 from hri_planner.separation.monitor import (
+    MAX_APART_S,
     ArmPrediction,
     RobotState,
     SeparationMonitor,
@@ -124,6 +125,31 @@ def test_a_robot_that_comes_nearer_needs_more_room() -> None:
     leaving = made.decide(ms * MS, replace(coming, qd=-coming.qd), {"person1": arm(0.5)})
     assert leaving.robot_speed < -0.1
     assert leaving.protective <= still
+
+
+def test_a_reference_of_another_time_tells_neither_rate_nor_path() -> None:
+    """Said to be at full rate, and slowed since: what is measured is not a tenth of the truth then."""
+    qd = np.array([0.0, 0.0, 0.0, -0.1, 0.0, 0.0, 0.0])
+    fresh = RobotState.following(POSTURE, qd, 0.002, 1.0, 10.0 * qd, MAX_APART_S)
+    assert (fresh.rate, fresh.path_qd is None) == (1.0, False)
+    stale = RobotState.following(POSTURE, qd, 0.002, 1.0, 10.0 * qd, 1.01 * MAX_APART_S)
+    assert (stale.rate, stale.path_qd) == (0.0, None)
+
+    def allowed(state: RobotState) -> float:
+        made = monitor()
+        for ms in range(0, 1000, 8):
+            verdict = made.decide(ms * MS, state, {"person1": arm(0.36)})
+        return verdict.scale
+
+    assert allowed(stale) < allowed(fresh)
+
+
+def test_the_path_is_known_as_long_as_the_robot_moves_along_it() -> None:
+    qd_ref = np.full(7, 0.02)
+    slow = RobotState.following(POSTURE, qd_ref, 0.002, 0.1, qd_ref)
+    assert slow.path_qd is not None
+    np.testing.assert_allclose(slow.path_qd, 0.2)
+    assert RobotState.following(POSTURE, qd_ref, 0.002, 0.0, 0.0 * qd_ref).path_qd is None
 
 
 def test_a_stopped_robot_is_let_go_after_a_while_with_room() -> None:

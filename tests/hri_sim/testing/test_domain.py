@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 
 from hri_prediction.errors import GraphError
+from hri_sim.faults import command
+from hri_sim.ontology import evaluation_command
 from hri_sim.testing import domain
 from hri_sim.testing.domain import LAST, TAKEN, own_domain
 
@@ -40,6 +42,10 @@ def test_each_process_and_each_purpose_has_its_own() -> None:
             process.communicate()
     assert len(mine | set(theirs)) == 5
     assert all(0 < one <= LAST and one not in TAKEN for one in mine | set(theirs))
+
+
+def test_domains_of_scripts_are_left_out() -> None:
+    assert {int(command.DOMAIN), int(evaluation_command.DOMAIN)} == {*TAKEN}
 
 
 def test_when_all_are_claimed_it_is_said(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

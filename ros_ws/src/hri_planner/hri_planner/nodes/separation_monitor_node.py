@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -44,8 +43,6 @@ HEARTBEAT_NS = 20_000_000
 WATCHING_NS = 500_000_000
 """So often it is looked whether anybody says who is tracked [ns]."""
 TRACKED = "humans/bodies/tracked"
-MAX_APART_S = 0.02
-"""Joint states and reference that are farther apart are not of the same motion [s]."""
 LIMIT_SLACK = 0.1
 """Joint angles that are farther beyond the limits are none [rad]."""
 
@@ -131,10 +128,8 @@ class SeparationMonitorNode(HriNode):
         idle = reference.state == ControllerState.IDLE
         rate = 0.0 if idle else float(np.clip(reference.speed_scale, 0.0, 1.0))
         qd_ref = np.asarray(reference.reference_velocity)
-        robot = RobotState.following(self._q, self._qd, max(age, 0.0), rate, qd_ref)
-        if abs(reference_age - age) > MAX_APART_S:
-            robot = replace(robot, rate=0.0)  # another by now: measured speeds count as they are
-        return robot, ""
+        apart = abs(reference_age - age)
+        return RobotState.following(self._q, self._qd, max(age, 0.0), rate, qd_ref, apart), ""
 
     def _nobody_watches(self, now_ns: int) -> str:
         """Whether whoever said that nobody is there is gone: then somebody may be."""

@@ -69,6 +69,8 @@ STEP = 0.01
 """Scales are multiples of it."""
 LEAST_RATE = 0.01
 """At a lower rate the reference's speed says nothing of what it would be at full rate."""
+MAX_APART_S = 0.02
+"""Joint states and reference that are farther apart are not of the same motion [s]."""
 
 
 class State(IntEnum):
@@ -120,9 +122,28 @@ class RobotState:
 
     @classmethod
     def following(
-        cls, q: FloatArray, qd: FloatArray, age_s: float, rate: float, qd_ref: FloatArray
+        cls,
+        q: FloatArray,
+        qd: FloatArray,
+        age_s: float,
+        rate: float,
+        qd_ref: FloatArray,
+        apart_s: float = 0.0,
     ) -> RobotState:
-        """One that follows a reference whose joint speeds at that rate are known (7,) [rad/s]."""
+        """One that follows a reference.
+
+        Args:
+            q: See above.
+            qd: See above.
+            age_s: See above.
+            rate: See above.
+            qd_ref: Joint speeds of the reference at that rate (7,) [rad/s].
+            apart_s: By how much reference and joints are of different times [s]. When that is more than
+                :data:`MAX_APART_S`, the rate may be another by now: then neither it nor the path is known,
+                and measured speeds count as they are.
+        """
+        if apart_s > MAX_APART_S:
+            return cls(q, qd, age_s, 0.0)
         return cls(q, qd, age_s, rate, qd_ref / rate if rate >= LEAST_RATE else None)
 
 

@@ -17,7 +17,7 @@ LOWEST_M = 0.08
 """No point of the arm beyond the elbow is lower in a posture [m]: there is the table."""
 MOST_ACCELERATION = 10.0
 """Of any point of the arm [m/s²]: as much as the monitor reckons with."""
-_POINTS = 31
+_POINTS, _LOOKS = 31, 121  # of a trajectory, and those at which a motion is looked at
 _JOINT_SHARE = 0.9  # of the joints' speed limits
 _LONGER, _TRIES = 1.15, 16
 
@@ -76,7 +76,7 @@ def motion_to(
     duration = max(
         float((1.875 * np.abs(goal - start[0]) / (_JOINT_SHARE * robot.velocity)).max()), 0.2
     )
-    fastest = max(speed, _speeds(robot, start[0], start[1]))
+    fastest = max(speed, _fastest_point(robot, start[0], start[1]))
     for _ in range(_TRIES):
         motion = Motion(duration, BPoly.from_derivatives([0.0, duration], [start, end]))
         if _keeps(robot, motion, fastest):
@@ -86,20 +86,20 @@ def motion_to(
 
 
 def _keeps(robot: RobotModel, motion: Motion, fastest: float) -> bool:
-    """Whether a motion is within the joint limits, and no point of it too fast or too jerky."""
-    q, qd, _ = motion.at(np.linspace(0.0, motion.duration, _POINTS))
+    """Whether a motion is within all limits: of joints, of speed and of acceleration."""
+    q, qd, _ = motion.at(np.linspace(0.0, motion.duration, _LOOKS))
     if (q < robot.lower).any() or (q > robot.upper).any():
         return False
     if (np.abs(qd) > _JOINT_SHARE * robot.velocity + 1e-9).any():
         return False
     points = robot.frames(q)
-    step = motion.duration / (_POINTS - 1)
+    step = motion.duration / (_LOOKS - 1)
     speeds = np.linalg.norm(np.diff(points, axis=0), axis=-1) / step
     bent = np.linalg.norm(np.diff(points, 2, axis=0), axis=-1) / step**2
     return bool(speeds.max() <= fastest + 1e-9 and bent.max() <= MOST_ACCELERATION)
 
 
-def _speeds(robot: RobotModel, q: FloatArray, qd: FloatArray) -> float:
+def _fastest_point(robot: RobotModel, q: FloatArray, qd: FloatArray) -> float:
     """Speed of the fastest point of the arm [m/s]."""
     step = 1e-5
     ways = robot.frames(q + step * qd) - robot.frames(q)

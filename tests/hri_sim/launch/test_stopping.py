@@ -1,0 +1,54 @@
+"""A monitor that takes the robot to stop sooner than it does is refused, wherever it runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from hri_planner.pibb.experiment_file import find_experiment, load_experiment
+from hri_prediction.errors import ConfigError
+from hri_prediction.results.progress import ProgressLine
+from hri_sim.launch.adaptation import AdaptationOptions, run_adaptation
+from hri_sim.launch.run import RunOptions, prepare
+
+SAID = (
+    "stopping_time = 0.07 s, but the controller takes 0.3 s to stop"
+    ".*at least simulator: ramp_down = 0.3"
+)
+
+
+@pytest.fixture
+def parameters(tmp_path: Path) -> Path:
+    path = tmp_path / "slow.yaml"
+    path.write_text("simulator: {ramp_down: 0.3}\n")
+    return path
+
+
+def test_in_a_launched_run(tmp_path: Path, parameters: Path) -> None:
+    run = RunOptions(
+        out=tmp_path / "run",
+        parameters=parameters,
+        separation="measured",
+        policy="rnn_gru_9x9_d1",
+    )
+    run.out.mkdir()
+    with pytest.raises(ConfigError, match=SAID):
+        prepare(run, run.out / "bag", Console())
+
+
+@pytest.mark.parametrize("human", ["simulated", "live"])
+def test_in_an_experiment(tmp_path: Path, parameters: Path, human: str) -> None:
+    options = AdaptationOptions(
+        tmp_path / "experiment",
+        load_experiment(find_experiment("transfer")),
+        "ann",
+        1,
+        human=human,
+        parameters=parameters,
+        separation="measured",
+    )
+    console = Console()
+    with ProgressLine(console) as line, pytest.raises(ConfigError, match=SAID):
+        run_adaptation(options, console, line)
