@@ -59,6 +59,8 @@ READY_S = 120.0
 """So long is waited for nodes to be well, at the start and after a fault [s]."""
 SLOW_S = 20.0
 """Who is not well again by then is named in the table [s]."""
+MENTIONED = 3
+"""So many of the things that were said instead of what was wanted are kept."""
 
 
 class LiveGraph(Closing):
@@ -80,6 +82,7 @@ class LiveGraph(Closing):
         self.folder, self.scenario, self.mover = folder, scenario, mover
         self.supervisor = Supervisor(folder)
         self.told: list[tuple[float, str]] = []
+        self.reasons: list[tuple[float, str]] = []
         self._last: dict[str, str] = {}
         self._deaths = Deaths(self.supervisor, self._tell, RESTART)
         self._health = GraphHealth(self._tell)
@@ -131,7 +134,7 @@ class LiveGraph(Closing):
         self.speeds = []
         self._asked: list[tuple[float, float]] = []
         self._touches: list[tuple[float, float, float]] = []
-        self.reasons: list[tuple[float, str]] = []
+        self.reasons = self.reasons[-1:]
         self.steps: list[tuple[float, np.ndarray]] = []
         self._speak: list[tuple[float, str]] = []
 
@@ -314,11 +317,20 @@ class LiveGraph(Closing):
     def first_said(
         self, since_s: float, words: tuple[str, ...], said: list[tuple[float, str]]
     ) -> tuple[float | None, str]:
-        """After how long one of some words was said [ms], and in what; none when never."""
+        """After how long one of some words was said [ms], and in what.
+
+        None when never: then what was said instead, before and after.
+        """
         for when_s, text in said:
             if when_s >= since_s and any(word in text for word in words):
                 return (when_s - since_s) * 1e3, text
-        return None, ""
+        before = [text for when_s, text in said if when_s < since_s][-1:]
+        after = dict.fromkeys(text for when_s, text in said if when_s >= since_s)
+        return None, f"before: {_or_nothing(before)}; afterwards: {_or_nothing([*after])}"
+
+
+def _or_nothing(texts: Sequence[str]) -> str:
+    return " | ".join(texts[:MENTIONED]) or "nothing"
 
 
 def reaching_graph(
