@@ -24,6 +24,7 @@ from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 
+from hri_planner.robot.model import load_robot
 from hri_planner.ros.authority import STATUSES
 from hri_prediction.closing import Closing
 from hri_prediction.errors import GraphError
@@ -95,6 +96,7 @@ class LiveGraph(Closing):
         action = f"{self.mover}/reach_target"
         self._client = ActionClient(self._node, ReachTarget, action)
         self._moving = False
+        self._robot, self._q = load_robot(), np.array(scenario.robot_start)
         self.speeds: list[tuple[float, float]] = []
         self.forget()
         listen = self._node.create_subscription
@@ -107,7 +109,6 @@ class LiveGraph(Closing):
         listen(DiagnosticArray, "/diagnostics", self._on_diagnostics, 100)
         listen(STATUSES[self.mover], f"{self.mover}/status", self._on_reason, reliable(10))
         self._vital = [self._node.resolve_topic_name(t) for t in vital_topics(self.scenario)]
-        self._index = 0
         try:
             self.supervisor.start(specs)
             self.wait_ready()
@@ -144,6 +145,7 @@ class LiveGraph(Closing):
     def _on_joints(self, message: JointState) -> None:
         fastest = max((abs(v) for v in message.velocity), default=0.0)
         self.speeds.append((to_ns(message.header.stamp) / NANO, fastest))
+        self._q = np.array(message.position)
 
     def _on_reason(self, message: Any) -> None:
         if message.reason:
@@ -250,8 +252,16 @@ class LiveGraph(Closing):
         raise GraphError("the robot does not set out")
 
     def _set_out(self) -> None:
-        """Send the robot to its other target."""
-        index = self._index = 1 - self._index
+        """Send the robot to the farther one of its targets.
+
+        A motion that a fault has broken off may have hardly begun: the way back would end right after it.
+        """
+        tool = self._robot.frames(self._q)[-1]
+        far = [
+            float(np.linalg.norm(tool - self.scenario.targets[reach.robot_target]))
+            for reach in self.scenario.reaches
+        ]
+        index = int(np.argmax(far))
         wanted = self.scenario.reaches[index]
         cue = Cue(reach=index, delay=wanted.person_delay, duration=wanted.person_duration)
         cue.header.stamp = to_time(time.time_ns())
