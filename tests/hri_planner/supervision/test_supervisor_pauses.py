@@ -10,6 +10,7 @@ import pytest
 from supervised import MS, RULES, Facts, Run, moving
 
 from hri_planner.supervision.decision import Interval, Outcome, ReadyPlan, Stage, Verdict
+from hri_planner.supervision.supervisor import TOUCHED
 
 WELL = [
     pytest.param({}, id="all is well"),
@@ -92,6 +93,43 @@ def test_the_robot_stops_at_once_goes_on_and_ends(facts: dict[str, Any], words: 
     assert ending.outcome == Outcome.LOST_INPUT
     assert words[-8:] in ending.reason
     assert not run.supervisor.holding
+
+
+@pytest.mark.parametrize("who", ["ours", "the controller's"])
+def test_a_robot_that_is_touched_while_it_rests_stays_at_rest(who: str) -> None:
+    """Whoever has a hand on it is not pushed; once it is let go it goes on."""
+    run = moving(**({"prediction_age": 0.1} if who == "ours" else {}))
+    run.run(0.2)
+    stands = {"active": False} if who == "ours" else {"stopping": True, "rate": 0.0}
+    run.facts = Facts(speed=0.0, separation=-0.001, **stands)  # type: ignore[arg-type]
+    before = len(run.intervals)
+    run.run(0.5)
+    assert run.supervisor.scale == 0.0
+    assert run.supervisor.stage == Stage.STOPPING
+    assert run.reports[-1].reason == TOUCHED
+    assert len(run.intervals) == before
+    let_go = replace(run.facts, separation=0.02, active=False, stopping=False)
+    leaning, run.facts = run.facts, let_go
+    run.run(0.1)
+    assert run.supervisor.scale == 1.0
+    assert run.supervisor.stage == Stage.MOVING
+    run.facts = leaning
+    if who == "ours":
+        run.run(0.1)  # nearer than ever, but it moves: the planner's business
+        assert run.supervisor.scale == 1.0
+        run.change(prediction_age=0.1)
+        run.tick()
+        run.facts = leaning
+    ending = run.end(2.1)
+    assert ending.outcome == Outcome.BLOCKED
+    assert TOUCHED in ending.reason
+
+
+def test_a_robot_sets_out_for_a_new_goal_though_somebody_touches_it() -> None:
+    run = Run(RULES, Facts(active=False, speed=0.0, separation=-0.001))
+    run.go()
+    run.run(0.1)
+    assert run.supervisor.stage == Stage.MOVING
 
 
 def test_a_stop_is_told_again_until_the_robot_stands() -> None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hri_planner.ptomp.plan import JointPlan
 from hri_planner.ros.inputs import RobotInputs
 from hri_planner.ros.tracker import MAX_LATENESS_NS, PlanTracker, Progress, Published
-from hri_planner.supervision.stop import STANDING_RATE
+from hri_planner.supervision.freshness import STANDING_RATE
 from hri_prediction.ros.messages import ControllerState
 from hri_prediction.ros.time import NANO, seconds_to_ns, to_ns
 

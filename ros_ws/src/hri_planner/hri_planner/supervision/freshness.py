@@ -6,6 +6,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 NANO = 1_000_000_000
+STANDING_RATE = 0.01
+"""A controller that runs at less than this share of full speed stands."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +42,11 @@ class Controller:
     stopping: bool = False
     rate: float = 1.0
     reason: str = ""
+
+    @property
+    def stands(self) -> bool:
+        """Whether a stop holds the robot at rest on its path."""
+        return self.active and self.stopping and self.rate < STANDING_RATE
 
 
 @dataclass(frozen=True)

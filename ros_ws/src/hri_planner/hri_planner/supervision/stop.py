@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from hri_planner.supervision.freshness import Controller
+from hri_planner.supervision.freshness import STANDING_RATE, Controller
 
-STANDING_RATE = 0.01
-"""A controller that runs at less than this share of full speed stands."""
 STOPPED_RATE = 0.7
 """A stop that has slowed the robot below this share of full speed ends at rest."""
 SETTLE_NS = 100_000_000

@@ -23,6 +23,9 @@ from hri_planner.supervision.stop import SETTLE_NS, Stop
 
 HEARTBEAT_NS = 20_000_000
 FEEDBACK_NS = 100_000_000
+TOUCH_M = 0.01
+"""Arms that are nearer than this may be touched, as far as motion capture tells [m]."""
+TOUCHED = "somebody touches the robot, which rests: it goes on once it is let go"
 CLOCK_STEP_NS = 100_000_000
 """A clock that goes back by more than this starts all anew; less is a clock being set [ns]."""
 
@@ -151,8 +154,10 @@ class Supervisor(Keeper):
     # ------------------------------------------------------------------ a tick
     def _supervise(self, seen: Seen, motion: Motion | None, orders: Orders) -> None:
         now_ns = seen.now_ns
-        trouble = problem(seen.heard, self._limits, now_ns) or self._stop.unrest(
-            seen.heard.controller
+        trouble = (
+            problem(seen.heard, self._limits, now_ns)
+            or self._stop.unrest(seen.heard.controller)
+            or self._touched(seen)
         )
         # Whether a replan that never came back began before the motion did makes no difference.
         due = self.scale != 0.0 and (seen.busy or motion is None or motion.started)
@@ -172,6 +177,18 @@ class Supervisor(Keeper):
                     self._say_planning(now_ns, motion, orders)
         if not seen.busy and self.intervals.is_due(now_ns):
             orders.interval = self._next_interval(seen, self.motion, orders)
+
+    def _touched(self, seen: Seen) -> str:
+        """Why a robot that was stopped stays at rest though nothing else is wrong; empty when it may go on.
+
+        Whoever has put a hand on it is to be neither pushed nor rubbed along. A robot that moves is the
+        planner's business, as is one that sets out for a new goal.
+        """
+        controller = seen.heard.controller
+        stands = controller is not None and controller.stands
+        if (stands or self.scale == 0.0) and seen.separation <= TOUCH_M:
+            return TOUCHED
+        return ""
 
     def _go_on(self, now_ns: int, motion: Motion | None) -> None:
         """There is nothing to stop for: full speed."""
@@ -219,6 +236,8 @@ class Supervisor(Keeper):
             self._halt(orders)
             lost = not self.intervals.overdue or problem(seen.heard, self._limits, now_ns)
             outcome = Outcome.LOST_INPUT if lost else Outcome.FAILED
+            if why == TOUCHED:
+                outcome = Outcome.BLOCKED
             self._end(motion, outcome, f"stopped: {why}", now_ns, orders)
 
     def _cancel(self, seen: Seen, motion: Motion, orders: Orders) -> None:
