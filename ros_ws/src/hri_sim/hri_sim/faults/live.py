@@ -23,6 +23,7 @@ from rclpy.context import Context
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
+from trajectory_msgs.msg import JointTrajectory
 
 from hri_planner.robot.model import load_robot
 from hri_planner.ros.authority import STATUSES
@@ -54,6 +55,9 @@ BURST = QoSProfile(
     reliability=ReliabilityPolicy.BEST_EFFORT,
 )
 """A simulator that was frozen makes up for half a second in one burst: all of it is looked at."""
+LEFT_S = 0.15
+"""A planner's motion is under way as long as its plan goes on for more than this [s]: one that is over
+before comes to rest by itself, whoever is missing. Plans of policies are always short."""
 LOOK_S = 0.005
 """How often it is looked at whether what is waited for has come [s]."""
 READY_S = 120.0
@@ -96,6 +100,7 @@ class LiveGraph(Closing):
         action = f"{self.mover}/reach_target"
         self._client = ActionClient(self._node, ReachTarget, action)
         self._moving = False
+        self._planned_until_s = 0.0
         self._robot, self._q = load_robot(), np.array(scenario.robot_start)
         self.speeds: list[tuple[float, float]] = []
         self.forget()
@@ -106,6 +111,8 @@ class LiveGraph(Closing):
             (SimState, "sim/state", self._on_state),
         ):
             self._node.poll(listen(kind, topic, take, BURST), _of_message(take))
+        planned = "joint_trajectory_controller/joint_trajectory"
+        listen(JointTrajectory, planned, self._on_trajectory, reliable(1))
         listen(DiagnosticArray, "/diagnostics", self._on_diagnostics, 100)
         listen(STATUSES[self.mover], f"{self.mover}/status", self._on_reason, reliable(10))
         self._vital = [self._node.resolve_topic_name(t) for t in vital_topics(self.scenario)]
@@ -159,6 +166,11 @@ class LiveGraph(Closing):
         )
         if message.reason and message.state == ControllerState.STOPPING:
             self.reasons.append((time.time(), f"controller: {message.reason}"))
+
+    def _on_trajectory(self, message: JointTrajectory) -> None:
+        if message.points:
+            last = message.points[-1].time_from_start
+            self._planned_until_s = (to_ns(message.header.stamp) + to_ns(last)) / NANO
 
     def _on_state(self, message: SimState) -> None:
         time_s = to_ns(message.header.stamp) / NANO
@@ -247,7 +259,9 @@ class LiveGraph(Closing):
             self.spin(10.0, lambda: self.speed() > 0.1)
             self.spin(rng.uniform(0.0, latest_s))
             # On a busy machine what is heard may be old: then nobody knows.
-            if self.speed() > REST and time.time() - self.speeds[-1][0] < FRESH_S:
+            now_s = time.time()
+            goes_on = self.mover != "ptomp" or self._planned_until_s - now_s > LEFT_S
+            if self.speed() > REST and now_s - self.speeds[-1][0] < FRESH_S and goes_on:
                 return
         raise GraphError("the robot does not set out")
 
