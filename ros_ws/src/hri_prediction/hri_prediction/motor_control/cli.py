@@ -126,7 +126,7 @@ def write_results(
         "model has not. Another --convention may come nearer; where people face otherwise than --facing "
         "says, it is decimetres.\n",
         *limit_lines(reaches),
-        *(law_lines(*laws) if laws is not None else []),
+        *(law_lines(*laws, whole=settings["whole"]) if laws is not None else []),
         *(["", "Not explained:\n", *failed] if failed else []),
         *(["", "Left out:\n", *(f"- {line}" for line in skipped)] if skipped else []),
         "",
@@ -184,8 +184,8 @@ def fit_ioc(
         bool,
         typer.Option(
             "--whole",
-            help="Reaches are known to go from rest to rest, such as by labels, and are explained as a "
-            "whole. Else they are cut at 5 % of their peak speed, and weights are less sure.",
+            help="People rest before and after each reach, which is explained as a whole: when it began "
+            "and ended is found. Else it is cut at 5 % of its peak speed, and weights are less sure.",
         ),
     ] = False,
     facing: Annotated[
@@ -212,7 +212,7 @@ def fit_ioc(
         typer.Option(
             "--law",
             help="Besides, fit one law of weights by posture to all reaches of each arm: known much better "
-            "than the weights of one reach, with --whole and without --average; see docs/motor_control.md.",
+            "than the weights of one reach, with --whole and without --average.",
         ),
     ] = False,
     workers: Workers = None,

@@ -11,12 +11,14 @@ from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.evaluation.recordings import Recording
 from hri_prediction.motor_control.arm_model import ArmModel
 from hri_prediction.motor_control.observed import ObservedReach
-from hri_prediction.motor_control.seen import arm_of, at_rest, mean_of, observe
+from hri_prediction.motor_control.seen import arm_of, mean_of, observe
+from hri_prediction.motor_control.whole import WholeReach, observe_whole
 from hri_prediction.tracks.placement import Placement
 from hri_prediction.tracks.seating import facing_deg
 from hri_prediction.tracks.track import ArmTrack
 
 AUTO = "auto"
+_Seen = tuple[ObservedReach, WholeReach | None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +31,7 @@ class CollectedReach:
         facing_deg: Where the person was taken to face in the axes of the recording.
         person: Who it was, and which arm.
         task: Which reach it is; repetitions have the same.
+        whole: The same from rest to rest, where it is known to be.
     """
 
     observed: ObservedReach
@@ -36,6 +39,7 @@ class CollectedReach:
     facing_deg: float
     person: str
     task: str
+    whole: WholeReach | None = None
 
 
 @dataclass(frozen=True)
@@ -82,7 +86,7 @@ def collect(
                 hint="leave out --average",
             )
         by_person[_person(track)].append(track)
-    groups: dict[tuple[str, str, str, int], list[ObservedReach]] = defaultdict(list)
+    groups: dict[tuple[str, str, str, int], list[_Seen]] = defaultdict(list)
     of_group: dict[tuple[str, str, str, int], tuple[ArmModel, float]] = {}
     skipped = []
     arms: dict[tuple[str, str], ArmModel] = {}
@@ -103,17 +107,14 @@ def collect(
                         convention=people.convention,
                     )
                 arm = arms[person, track.side]
-                seen = observe(
-                    track,
-                    reach.onset_s,
-                    reach.end_s,
-                    arm,
-                    facing_rad=math.radians(facing),
-                    trim=not people.whole,
-                    name=name,
-                )
+                where = (track, reach.onset_s, reach.end_s, arm)
+                toward = math.radians(facing)
+                seen: _Seen
                 if people.whole:
-                    seen = at_rest(seen)
+                    whole = observe_whole(*where, facing_rad=toward, name=name)
+                    seen = whole.between, whole
+                else:
+                    seen = observe(*where, facing_rad=toward, name=name), None
             except DataError as error:
                 skipped.append(f"{name}: {error}")
                 continue
@@ -129,15 +130,23 @@ def collect(
         if not people.average:
             # Without a task nobody knows what is a repetition of what.
             found += [
-                CollectedReach(each, arm, facing, whose, which if task else f"{which}.{index}")
-                for index, each in enumerate(reaches)
+                CollectedReach(
+                    each,
+                    arm,
+                    facing,
+                    whose,
+                    which if task else f"{which}.{index}",
+                    whole,
+                )
+                for index, (each, whole) in enumerate(reaches)
             ]
             continue
         name = " ".join(
             part for part in (person, side, task, str(number) if number else "") if part
         )
         try:
-            found.append(CollectedReach(mean_of(reaches, arm, name), arm, facing, whose, which))
+            mean = mean_of([each for each, _ in reaches], arm, name)
+            found.append(CollectedReach(mean, arm, facing, whose, which))
         except DataError as error:
             skipped.append(str(error))
     return found, skipped

@@ -10,6 +10,11 @@ so that weights stay on the simplex, and the squared distance of all paths to th
 
 Repetitions of a reach share their weights, those of their mean postures, but each has ends and a duration
 of its own: the mean of their paths is the optimum of nothing.
+
+When a hand sets out and comes to rest is hidden in the noise, and weights hang on it: 20 ms too early or
+too late are enough to lose them. Where it is not known, both times of each reach are found along with the
+law (`whole.WholeReach`): they are fitted anew to each path that is tried, and steps of the law are taken
+across what they could make up for (variable projection, Golub and Pereyra 1973).
 """
 
 from __future__ import annotations
@@ -17,7 +22,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,12 +33,15 @@ from hri_prediction.motor_control.observed import ObservedReach
 from hri_prediction.motor_control.ocp import NotConverged, ReachSolver
 from hri_prediction.motor_control.problem import ReachProblem
 from hri_prediction.motor_control.scaling import MAXIMUM, scaling_of
+from hri_prediction.motor_control.span import Span, fitted_span, span_derivatives, within
 
 Array = NDArray[np.float64]
 
 FEATURES = ("1", "q1_start", "q2_start", "q3_start", "q1_end", "q2_end", "q3_end")
 _LEAST = 1e-12
 """Added to what damping scales, for directions that no reach says anything of [m^2]."""
+_KNOWN, _PART = 1e-12, 1e-6
+"""Share of the largest information below which there is none; part in a direction that counts."""
 _LOG_LIMIT = 12.0
 """Ratios of weights beyond e^12 are the same to a reach."""
 
@@ -97,7 +105,8 @@ class FittedLaw:
         law: The law.
         rms_m: Root mean square distance of samples to the optima of the law [m].
         steps: Gauss-Newton steps that were taken.
-        theta_sd: Standard deviation of theta from Fisher's information, (n - 1, 7).
+        theta_sd: Standard deviation of theta from Fisher's information, (n - 1, 7); infinite where reaches
+            say nothing of it.
     """
 
     law: WeightLaw
@@ -115,42 +124,45 @@ def fit_law(
     steps: int = 15,
     correlated: float = 1.0,
     alike: Sequence[Hashable] = (),
+    spans: Sequence[Span] = (),
     progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> FittedLaw:
     """Fit a law to reaches of one person or of many.
 
     Args:
         solver_of: The solver of the arm that did a reach.
-        reaches: At least one.
+        reaches: At least one; with spans, each has some rest before and after.
         names: Costs, joint jerk among them.
         scaling: How costs are brought to one range, in each reach.
         steps: At most.
         correlated: So many samples in a row share an error; they count for one in theta_sd.
         alike: What reach each one is; repetitions have the same. Empty: each one is a reach of its own.
+        spans: At about which phases each one sets out and comes to rest; they are found along with the law.
+            Empty: reaches begin at phase 0 and end at phase 1.
         progress: Called with steps done and their number.
 
     Raises:
         ConfigError: on names that are no costs, or without joint jerk.
-        DataError: without reaches, or when not all or none are said to be alike.
+        DataError: without reaches, or when not all or none are said to be alike, or have a span.
         NotConverged: the lower level was not solved.
     """
     if not reaches:
         raise DataError("no reaches to fit a law to", expected="one or more")
     if alike and len(alike) != len(reaches):
         raise DataError(f"{len(alike)} names of {len(reaches)} reaches", expected="one for each")
+    if spans and len(spans) != len(reaches):
+        raise DataError(f"{len(spans)} spans of {len(reaches)} reaches", expected="one for each")
     names = tuple(names)
     law = WeightLaw(names, np.zeros((len(names) - 1, len(FEATURES))))
     postures = mean_postures(reaches, alike or range(len(reaches)))
     pooled = [
-        _Pooled(solver_of(each), each, names, scaling, ends)
-        for each, ends in zip(reaches, postures, strict=True)
+        _Pooled(solver_of(each), each, names, scaling, ends, span)
+        for each, ends, span in zip(reaches, postures, spans or [None] * len(reaches), strict=True)
     ]
     samples = sum(each.observed.hand.size for each in pooled)
-    squares = sum(each.solve(law) for each in pooled)
+    squares = _taken(pooled, law, sum(each.solve(law) for each in pooled))
     damping, done = 1e-3, 0
     size = law.theta.size
-    for each in pooled:
-        each.accept()
     for done in range(1, steps + 1):
         progress(done - 1, steps)
         information, right = _normal(pooled, law)
@@ -168,9 +180,7 @@ def fit_law(
         if better is None:
             break
         gained = (squares - better[1]) / squares
-        law, squares = better
-        for each in pooled:
-            each.accept()
+        law, squares = better[0], _taken(pooled, *better)
         damping = max(damping * 0.1, 1e-9)
         if gained < 1e-7:
             break
@@ -178,12 +188,22 @@ def fit_law(
     for each in pooled:
         each.solve(law)
     information, _ = _normal(pooled, law)
-    noise = squares / max(samples - correlated * size, 1.0)
-    spread = np.diag(np.linalg.pinv(information, hermitian=True)) * noise * correlated
-    sd = np.sqrt(np.maximum(spread, 0.0))
+    fitted = size + 2 * len(spans)
+    noise = squares / max(samples - correlated * fitted, 1.0)
+    sd = np.sqrt(_variances(information) * noise * correlated)
     return FittedLaw(
         law, float(np.sqrt(3.0 * squares / samples)), done, sd.reshape(law.theta.shape)
     )
+
+
+def _variances(information: Array) -> Array:
+    """Diagonal of the inverse (p,); infinite for what a direction without information has a part in."""
+    values, directions = np.linalg.eigh(information)
+    known = values > _KNOWN * max(float(values[-1]), 0.0)
+    parts = np.square(directions)
+    found: Array = (parts[:, known] / values[known]).sum(axis=1)
+    found[(parts[:, ~known] > _PART).any(axis=1)] = math.inf
+    return found
 
 
 def mean_postures(
@@ -208,6 +228,13 @@ def mean_postures(
     return [means[which] for which in alike]
 
 
+def _taken(pooled: Sequence[_Pooled], law: WeightLaw, squares: float) -> float:
+    """Keep what was tried last; the squared distance of all paths, with the durations known now."""
+    if not any([each.accept() for each in pooled]):
+        return squares
+    return sum(each.solve(law) for each in pooled)
+
+
 def _normal(pooled: Sequence[_Pooled], law: WeightLaw) -> tuple[Array, Array]:
     """Normal matrix and right side of a Gauss-Newton step, of all reaches."""
     size = law.theta.size
@@ -229,39 +256,68 @@ class _Pooled:
         names: tuple[str, ...],
         scaling: str,
         ends: tuple[Array, Array],
+        span: Span | None,
     ) -> None:
         self.solver, self.observed, self.names, self.ends = solver, observed, names, ends
-        self.scaling = scaling_of(solver, observed.problem, scaling)
         self.chosen = indices_of(names)
+        self._scaling_name = scaling
+        self._span = self._tried_span = span
+        self._pose()
         self._motion = self._tried = self.scaling.optima[JOINT_JERK]
+
+    def _pose(self) -> None:
+        """The problem, and the scale factors, that belong to the span."""
+        problem = self.observed.problem
+        if self._span is not None:
+            begin, end = self._span
+            problem = replace(problem, duration=(end - begin) * problem.duration)
+        self.problem = problem
+        self.scaling = scaling_of(self.solver, problem, self._scaling_name)
 
     def solve(self, law: WeightLaw) -> float:
         """Squared distance of the path to the optimum of a law; `accept` keeps that."""
         weights = self.scaling.weights(law.alpha(*self.ends), self.names)
         try:
-            self._tried = self.solver.solve(
-                self.observed.problem, weights, self._motion.coefficients
-            )
+            self._tried = self.solver.solve(self.problem, weights, self._motion.coefficients)
         except NotConverged:
             return math.inf  # a step that went too far
-        path = self._tried.hand(self.observed.phases, self.solver.arm)
+        if self._span is not None:
+            self._tried_span = fitted_span(self._tried, self.observed, self.solver.arm, self._span)
+        path = self._tried.hand(self._phases(self._tried_span), self.solver.arm)
         return float(np.square(path - self.observed.hand).sum())
 
-    def accept(self) -> None:
-        """The last motion is where the next steps begin."""
+    def accept(self) -> bool:
+        """The last motion is where the next steps begin; whether its problem is another by now."""
         self._motion = self._tried
+        if self._tried_span is None or self._tried_span == self._span:
+            return False
+        self._span = self._tried_span
+        self._pose()
+        return True
+
+    def _phases(self, span: Span | None) -> Array:
+        return self.observed.phases if span is None else within(self.observed.phases, span)
 
     def linear(self, law: WeightLaw) -> tuple[Array, Array]:
-        """Derivative of the path by theta (3 N, p), and what is left to the path seen (3 N,)."""
-        problem = self.observed.problem
+        """Derivative of the path by theta (3 N, p), and what is left to the path seen (3 N,).
+
+        Where the span is fitted, both are square to what another span would make of the path.
+        """
         weights = self.scaling.weights(law.alpha(*self.ends), self.names)
+        phases = self._phases(self._span)
         _, by_weights = self.solver.path_derivatives(
-            problem, self._tried, weights, self.chosen, self.observed.phases
+            self.problem, self._tried, weights, self.chosen, phases
         )
         by_alpha = by_weights * self.scaling.factors[self.chosen]
         by_theta = np.tensordot(by_alpha, law.slopes(*self.ends), axes=1)
-        residual = self.observed.hand - self._tried.hand(self.observed.phases, self.solver.arm)
-        return by_theta.reshape(residual.size, -1), residual.ravel()
+        left = self.observed.hand - self._tried.hand(phases, self.solver.arm)
+        matrix, residual = by_theta.reshape(left.size, -1), left.ravel()
+        if self._span is not None:
+            by_span = span_derivatives(self._tried, self.observed, self.solver.arm, self._span)
+            basis, _ = np.linalg.qr(by_span)
+            matrix = matrix - basis @ (basis.T @ matrix)
+            residual = residual - basis @ (basis.T @ residual)
+        return matrix, residual
 
 
 def explained(truth: ArrayLike, found: ArrayLike) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -99,11 +100,14 @@ def _fit(
 ) -> FittedLaw:
     """The law of reaches of one arm: all of them have the same model."""
     solver = ReachSolver(own[0].arm)
-    seen = [each.observed for each in own]
+    wholes = [each.whole for each in own if each.whole is not None]
+    free = len(wholes) == len(own)  # when they begin and end is found along with the law
+    seen = [each.seen for each in wholes] if free else [each.observed for each in own]
     return fit_law(
         lambda _: solver,
         seen,
         names,
+        spans=[each.span for each in wholes] if free else (),
         scaling=scaling,
         correlated=float(np.median([correlated(each) for each in seen])),
         alike=alike,
@@ -112,21 +116,39 @@ def _fit(
 
 
 def to_mapping(one: PersonLaw) -> dict[str, Any]:
-    """For the file of results: theta and its standard deviations, a row a cost but joint jerk."""
+    """For the file of results: theta and its standard deviations, a row a cost but joint jerk.
+
+    Standard deviations of what reaches say nothing of are null.
+    """
     return {
         "person": one.person,
         "reaches": one.reaches,
         "features": list(FEATURES),
         "theta": one.fitted.law.theta.tolist(),
-        "theta_sd": one.fitted.theta_sd.tolist(),
+        "theta_sd": [
+            [value if math.isfinite(value) else None for value in row]
+            for row in one.fitted.theta_sd.tolist()
+        ],
         "rms_cm": 100.0 * one.fitted.rms_m,
         "steps": one.fitted.steps,
     }
 
 
-def law_lines(laws: Sequence[PersonLaw], left_out: Sequence[str]) -> list[str]:
-    """The part of the report on laws."""
+def law_lines(laws: Sequence[PersonLaw], left_out: Sequence[str], *, whole: bool) -> list[str]:
+    """The part of the report on laws.
+
+    Args:
+        laws: Of each arm.
+        left_out: A line for each arm that has none.
+        whole: Whether they are of reaches from rest to rest.
+    """
     text = ["## Laws of weights\n"]
+    if laws and not whole:
+        text += [
+            "**These reaches were cut at 5 % of their peak speed: their paths are explained, but of the "
+            "true weights such a law says nothing (docs/motor_control.md). Use --whole where people rest "
+            "before and after each reach.**\n"
+        ]
     if laws:
         rows = [(one.person, str(one.reaches), f"{100.0 * one.fitted.rms_m:.2f}") for one in laws]
         text += [

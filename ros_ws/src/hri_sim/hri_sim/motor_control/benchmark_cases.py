@@ -28,6 +28,8 @@ from hri_prediction.motor_control.problem import ReachProblem
 from hri_prediction.motor_control.scaling import scaling_of
 from hri_prediction.motor_control.search import search
 from hri_prediction.motor_control.seen import SHARE_OF_PEAK, mean_of
+from hri_prediction.motor_control.span import Span
+from hri_prediction.motor_control.whole import WholeReach
 from hri_sim.motor_control.people import (
     Recorded,
     draw_people,
@@ -35,6 +37,7 @@ from hri_sim.motor_control.people import (
     record,
     see,
     see_each,
+    see_whole,
 )
 
 Array = NDArray[np.float64]
@@ -253,7 +256,8 @@ def people_case(
     say("recording people")
     jobs: list[Job] = []
     recorded: list[Recorded] = []
-    whole: list[list[ObservedReach]] = []
+    found: list[list[WholeReach]] = []
+    known: list[list[ObservedReach]] = []
     cut: list[list[ObservedReach]] = []
     for number, person in enumerate(people):
         recordings = [record(person, start, target, rng) for start, target in pairs]
@@ -262,8 +266,9 @@ def people_case(
             jobs.append(Job(len(jobs), see(each, arm), arm))
             recorded.append(each)
         if not number:
-            whole, cut = (
-                [see_each(each, arm, whole=known) for each in recordings] for known in (True, False)
+            found = [see_whole(each, arm) for each in recordings]
+            known, cut = (
+                [see_each(each, arm, whole=whole) for each in recordings] for whole in (True, False)
             )
         tick(number + 1, len(people))
     say("explaining their reaches, on one core")
@@ -281,9 +286,16 @@ def people_case(
     single = [np.array(o.alpha) if o.alpha else nothing for o in outcomes[first]]
     solver, own = ReachSolver(jobs[0].arm), recorded[first]
     say("fitting a law")
-    of_whole = _law(solver, whole, own, tick)
+    of_whole = _law(
+        solver,
+        [[each.seen for each in some] for some in found],
+        own,
+        tick,
+        [each.span for some in found for each in some],
+    )
+    of_known = _law(solver, known, own, tick)
     of_cut = _law(solver, cut, own, tick)
-    of_means = _law(solver, [[mean_of(each, jobs[0].arm)] for each in whole], own, tick)
+    of_means = _law(solver, [[mean_of(each, jobs[0].arm)] for each in known], own, tick)
     return {
         "batch": {
             "n": len(jobs),
@@ -294,6 +306,7 @@ def people_case(
         "law": {
             **of_whole,
             "r2_single_reaches": explained(truth[first], single),
+            "known": of_known,
             "cut": of_cut,
             "means": of_means,
         },
@@ -305,6 +318,7 @@ def _law(
     seen: Sequence[Sequence[ObservedReach]],
     recorded: Sequence[Recorded],
     tick: Tick,
+    spans: Sequence[Span] = (),
 ) -> dict[str, float]:
     """Fit a law to reaches of one person; how much of the true weights it explains.
 
@@ -313,6 +327,7 @@ def _law(
         seen: Of each reach its repetitions.
         recorded: Of each what was recorded.
         tick: Told how far it is.
+        spans: At about which phases they set out and come to rest; empty: at 0 and at 1.
     """
     every = [each for own in seen for each in own]
     which = [number for number, own in enumerate(seen) for _ in own]
@@ -320,7 +335,7 @@ def _law(
         _true_weights(recorded[number], each, solver)
         for number, each in zip(which, every, strict=True)
     ]
-    fitted = fit_law(lambda _: solver, every, alike=which, progress=tick)
+    fitted = fit_law(lambda _: solver, every, alike=which, spans=spans, progress=tick)
     found = [fitted.law.alpha(*ends) for ends in mean_postures(every, which)]
     return {
         "n": len(every),

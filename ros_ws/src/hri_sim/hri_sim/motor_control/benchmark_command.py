@@ -167,11 +167,13 @@ def report(results: dict[str, Any]) -> str:
         f"{results['composite']['alpha_error_median']:.2f} (median of the largest errors). Of the "
         f"variance of the true ones they explain {results['law']['r2_single_reaches']:.2f} (below 0: less "
         f"than their mean would). A law of all {results['law']['n']} paths explains "
-        f"{results['law']['r2_truth']:.3f} where it is known when each began and ended, so that they are "
-        "whole, from rest to rest, and where repetitions share their weights but each has ends and a "
-        f"duration of its own; {results['law']['means']['r2_truth']:.3f} where the mean path of the "
-        f"repetitions is explained instead, and {results['law']['cut']['r2_truth']:.2f} of paths that were "
-        "cut as those of recordings are.",
+        f"{results['law']['r2_truth']:.3f} where reaches are whole, from rest to rest, repetitions share "
+        "their weights but each has ends and a duration of its own, and when each began and ended, which "
+        "no recording tells well enough, is found along with the law; "
+        f"{results['law']['known']['r2_truth']:.3f} were it known, "
+        f"{results['law']['means']['r2_truth']:.3f} where, besides, the mean path of the repetitions is "
+        f"explained instead, and {results['law']['cut']['r2_truth']:.2f} of paths that were cut at 5 % of "
+        "their peak speed.",
         "",
         "Without any noise, but cut as reaches of recordings are, weights are off by "
         f"{free['alpha_error_median']:.3f}, and the optimum is {free['distance_cm_median']:.3f} cm from "

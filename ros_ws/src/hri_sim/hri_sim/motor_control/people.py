@@ -24,6 +24,8 @@ from hri_prediction.motor_control.ocp import Motion, NotConverged, ReachSolver
 from hri_prediction.motor_control.problem import ReachProblem
 from hri_prediction.motor_control.scaling import rescaled, scaling_of
 from hri_prediction.motor_control.seen import arm_of, at_rest, mean_of, observe, to_recording
+from hri_prediction.motor_control.whole import WholeReach, observe_whole
+from hri_prediction.tracks.segmentation import SegmentationConfig, find_reaches
 from hri_prediction.tracks.track import ArmTrack
 
 Array = NDArray[np.float64]
@@ -231,6 +233,32 @@ def see_each(recorded: Recorded, arm: ArmModel, *, whole: bool) -> list[Observed
         for track, (begin, end) in zip(recorded.tracks, recorded.ends, strict=True)
     ]
     return [at_rest(each) for each in reaches] if whole else reaches
+
+
+def see_whole(recorded: Recorded, arm: ArmModel) -> list[WholeReach]:
+    """Each repetition from rest to rest, as `scripts/fit_ioc.py --law --whole` has them.
+
+    When each began and ended is not known, but what the segmentation cuts.
+
+    Args:
+        recorded: What was recorded.
+        arm: What is known of the person's arm.
+    """
+    found = []
+    for track in recorded.tracks:
+        cut = find_reaches(track.time_s, track.keypoints[:, 2], SegmentationConfig())
+        longest = max(cut, key=lambda reach: reach.duration_s)
+        found.append(
+            observe_whole(
+                track,
+                longest.onset_s,
+                longest.end_s,
+                arm,
+                facing_rad=FACING_RAD,
+                name=track.task,
+            )
+        )
+    return found
 
 
 def measured_arm(person: Reacher, recordings: list[Recorded]) -> ArmModel:
