@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass
 
 import numpy as np
@@ -236,9 +237,10 @@ def see_each(recorded: Recorded, arm: ArmModel, *, whole: bool) -> list[Observed
 
 
 def see_whole(recorded: Recorded, arm: ArmModel) -> list[WholeReach]:
-    """Each repetition from rest to rest, as `scripts/fit_ioc.py --law --whole` has them.
+    """The repetitions from rest to rest that `scripts/fit_ioc.py --law --whole` finds.
 
-    When each began and ended is not known, but what the segmentation cuts.
+    When each began and ended is not known, but what the segmentation cuts; what it does not find, or what
+    no rest is seen of, is left out.
 
     Args:
         recorded: What was recorded.
@@ -247,17 +249,12 @@ def see_whole(recorded: Recorded, arm: ArmModel) -> list[WholeReach]:
     found = []
     for track in recorded.tracks:
         cut = find_reaches(track.time_s, track.keypoints[:, 2], SegmentationConfig())
+        if not cut:
+            continue
         longest = max(cut, key=lambda reach: reach.duration_s)
-        found.append(
-            observe_whole(
-                track,
-                longest.onset_s,
-                longest.end_s,
-                arm,
-                facing_rad=FACING_RAD,
-                name=track.task,
-            )
-        )
+        ends = (longest.onset_s, longest.end_s)
+        with contextlib.suppress(DataError):
+            found.append(observe_whole(track, *ends, arm, facing_rad=FACING_RAD, name=track.task))
     return found
 
 
