@@ -126,6 +126,7 @@ class Learning:
         self._loop: Inline | Background = Inline(setup) if at_once else Background(setup)
         self._given: dict[tuple[str, str], TaskLibrary] = {}
         self._waiting: dict[tuple[str, str], TaskLibrary] = {}
+        self._seen: set[tuple[str, str]] = set()
         self.figures: dict[str, Any] = {"hybrid": "running"}
 
     def watch(self, side: str) -> ArmWatch:
@@ -179,10 +180,9 @@ class Learning:
                 whose = answer.person, answer.side
                 self._given[whose] = self._waiting[whose] = answer.library
                 for task, sd in answer.spread.items():
-                    self.figures.setdefault(
-                        f"{answer.person} {task}",
-                        f"not seen yet, weights guessed within e^{sd:.1f}",
-                    )
+                    if (answer.person, task) not in self._seen:
+                        guess = f"not seen yet, weights guessed within e^{sd:.1f}"
+                        self.figures[f"{answer.person} {task}"] = guess
                 for target, reason in answer.remarks.items():
                     yield target, f"{answer.person} and {target}: {reason}"
             elif isinstance(answer, Trouble):
@@ -212,6 +212,7 @@ class Learning:
         if isinstance(answer, Learnt):
             known = f"{answer.seen} reaches, KL {answer.divergence:.3f} a weight"
             self.figures[f"{answer.person} {answer.task}"] = known
+            self._seen.add((answer.person, answer.task))
             return
         found = answer.why
         self.figures[f"{answer.person} {found.task} weights"] = (
