@@ -120,7 +120,9 @@ def test_a_robot_that_is_touched_while_it_rests_stays_at_rest(who: str) -> None:
         run.change(prediction_age=0.1)
         run.tick()
         run.facts = leaning
-    ending = run.end(2.1)
+    run.run(10.0)
+    assert not run.endings  # it takes as long as the person does
+    ending = run.end(20.0)
     assert ending.outcome == Outcome.BLOCKED
     assert TOUCHED in ending.reason
 

@@ -230,14 +230,17 @@ class Supervisor(Keeper):
         if motion is None:
             return
         motion.over_since_ns = None
+        if why == TOUCHED:
+            # Nothing is lost: it takes as long as the person does.
+            motion.lost_since_ns = None
+            self._has_ended(seen, motion, orders)
+            return
         if motion.lost_since_ns is None:
             motion.lost_since_ns = now_ns
         if (now_ns - motion.lost_since_ns) / NANO > self._rules.lost_timeout_s:
             self._halt(orders)
             lost = not self.intervals.overdue or problem(seen.heard, self._limits, now_ns)
             outcome = Outcome.LOST_INPUT if lost else Outcome.FAILED
-            if why == TOUCHED:
-                outcome = Outcome.BLOCKED
             self._end(motion, outcome, f"stopped: {why}", now_ns, orders)
 
     def _cancel(self, seen: Seen, motion: Motion, orders: Orders) -> None:

@@ -155,9 +155,10 @@ def fit_law(
     names = tuple(names)
     law = WeightLaw(names, np.zeros((len(names) - 1, len(FEATURES))))
     postures = mean_postures(reaches, alike or range(len(reaches)))
+    free: Sequence[Span | None] = spans or [None] * len(reaches)
     pooled = [
         _Pooled(solver_of(each), each, names, scaling, ends, span)
-        for each, ends, span in zip(reaches, postures, spans or [None] * len(reaches), strict=True)
+        for each, ends, span in zip(reaches, postures, free, strict=True)
     ]
     samples = sum(each.observed.hand.size for each in pooled)
     squares = _taken(pooled, law, sum(each.solve(law) for each in pooled))
