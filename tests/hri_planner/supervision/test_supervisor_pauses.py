@@ -95,43 +95,74 @@ def test_the_robot_stops_at_once_goes_on_and_ends(facts: dict[str, Any], words: 
     assert not run.supervisor.holding
 
 
-@pytest.mark.parametrize("who", ["ours", "the controller's"])
-def test_a_robot_that_is_touched_while_it_rests_stays_at_rest(who: str) -> None:
-    """Whoever has a hand on it is not pushed; once it is let go it goes on."""
-    run = moving(**({"prediction_age": 0.1} if who == "ours" else {}))
+LEANING = Facts(active=False, speed=0.0, separation=-0.001)
+LET_GO = replace(LEANING, separation=0.03)
+
+
+def leant_on() -> Run:
+    """A motion that was stopped, and a hand that has come onto the robot since."""
+    run = moving(prediction_age=0.1)
     run.run(0.2)
-    stands = {"active": False} if who == "ours" else {"stopping": True, "rate": 0.0}
-    run.facts = Facts(speed=0.0, separation=-0.001, **stands)  # type: ignore[arg-type]
-    before = len(run.intervals)
+    run.facts = LEANING
     run.run(0.5)
+    return run
+
+
+def test_a_robot_that_is_touched_while_it_rests_stays_at_rest() -> None:
+    """Whoever has a hand on it is not pushed; once it is let go it goes on."""
+    run = leant_on()
+    before = len(run.intervals)
+    run.run(10.0)  # it takes as long as the person does
     assert run.supervisor.scale == 0.0
     assert run.supervisor.stage == Stage.STOPPING
     assert run.reports[-1].reason == TOUCHED
     assert len(run.intervals) == before
-    let_go = replace(run.facts, separation=0.02, active=False, stopping=False)
-    leaning, run.facts = run.facts, let_go
-    run.run(0.1)
+    assert not run.endings
+    run.facts = LET_GO
+    run.run(0.3)
     assert run.supervisor.scale == 1.0
     assert run.supervisor.stage == Stage.MOVING
-    run.facts = leaning
-    if who == "ours":
-        run.run(0.1)  # nearer than ever, but it moves: the planner's business
-        assert run.supervisor.scale == 1.0
-        run.change(prediction_age=0.1)
+    run.facts = replace(LEANING, active=True, speed=0.5)
+    run.run(0.1)  # nearer than ever, but it moves: the planner's business
+    assert run.supervisor.scale == 1.0
+
+
+def test_a_controller_that_stands_by_itself_is_left_alone_while_it_is_touched() -> None:
+    run = moving(stopping=True, rate=0.0, speed=0.0, separation=-0.001)
+    run.tick()
+    assert run.supervisor.scale == 0.0
+    assert run.reports[-1].reason == TOUCHED
+    # It is told to drop what it follows, and does not come to rest: that is something else.
+    run.change(rate=0.4, separation=0.4)
+    assert run.end(2.1).outcome == Outcome.LOST_INPUT
+
+
+def test_noise_does_not_let_go() -> None:
+    run = leant_on()
+    for tick in range(500):
+        run.change(separation=(0.009, 0.019, 0.03)[tick % 3])
         run.tick()
-        run.facts = leaning
-    run.run(10.0)
-    assert not run.endings  # it takes as long as the person does
+        assert run.supervisor.scale == 0.0
+
+
+def test_a_motion_whose_robot_is_never_let_go_ends_as_blocked() -> None:
+    run = leant_on()
     ending = run.end(20.0)
     assert ending.outcome == Outcome.BLOCKED
     assert TOUCHED in ending.reason
+    assert ending.min_separation == -0.001
 
 
-def test_a_robot_sets_out_for_a_new_goal_though_somebody_touches_it() -> None:
-    run = Run(RULES, Facts(active=False, speed=0.0, separation=-0.001))
+@pytest.mark.parametrize("how", ["after it", "instead"])
+def test_a_robot_sets_out_for_a_new_goal_though_somebody_touches_it(how: str) -> None:
+    """Who is held by it can be freed."""
+    run = leant_on()
+    if how == "after it":
+        run.end(20.0)
     run.go()
     run.run(0.1)
     assert run.supervisor.stage == Stage.MOVING
+    assert run.supervisor.scale == 1.0
 
 
 def test_a_stop_is_told_again_until_the_robot_stands() -> None:

@@ -133,14 +133,14 @@ class RobotState:
         """One that follows a reference.
 
         Args:
-            q: See above.
-            qd: See above.
-            age_s: See above.
-            rate: See above.
+            q: Joint angles (7,) [rad].
+            qd: Measured joint speeds (7,) [rad/s].
+            age_s: How long ago these were [s].
+            rate: At which it goes along its path, of full speed.
             qd_ref: Joint speeds of the reference at that rate (7,) [rad/s].
             apart_s: By how much reference and joints are of different times [s]. When that is more than
                 :data:`MAX_APART_S`, the rate may be another by now: then neither it nor the path is known,
-                and measured speeds count as they are.
+                and the robot is taken to set out as fast as any does.
         """
         if apart_s > MAX_APART_S:
             return cls(q, qd, age_s, 0.0)

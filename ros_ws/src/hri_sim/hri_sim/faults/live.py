@@ -27,6 +27,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from hri_planner.robot.model import load_robot
 from hri_planner.ros.authority import STATUSES
+from hri_planner.ros.conversions import joints_from_message
 from hri_prediction.closing import Closing
 from hri_prediction.errors import GraphError
 from hri_prediction.ros.conversions import WORLD
@@ -152,7 +153,7 @@ class LiveGraph(Closing):
     def _on_joints(self, message: JointState) -> None:
         fastest = max((abs(v) for v in message.velocity), default=0.0)
         self.speeds.append((to_ns(message.header.stamp) / NANO, fastest))
-        self._q = np.array(message.position)
+        self._q, _ = joints_from_message(message, self._robot.joint_names)
 
     def _on_reason(self, message: Any) -> None:
         if message.reason:
@@ -168,9 +169,8 @@ class LiveGraph(Closing):
             self.reasons.append((time.time(), f"controller: {message.reason}"))
 
     def _on_trajectory(self, message: JointTrajectory) -> None:
-        if message.points:
-            last = message.points[-1].time_from_start
-            self._planned_until_s = (to_ns(message.header.stamp) + to_ns(last)) / NANO
+        lasts_ns = to_ns(message.points[-1].time_from_start) if message.points else 0  # 0: a stop
+        self._planned_until_s = (to_ns(message.header.stamp) + lasts_ns) / NANO
 
     def _on_state(self, message: SimState) -> None:
         time_s = to_ns(message.header.stamp) / NANO
