@@ -136,6 +136,9 @@ def test_laws_are_fitted_arm_by_arm(solver, rng, tmp_path, capsys):
     arguments = [str(tmp_path / "reaches.npz"), "--out", str(out), "--law", "--costs", "energy"]
     assert main(arguments) == 1
     assert "joint_jerk and one more" in capsys.readouterr().err
+    arguments = [str(tmp_path / "reaches.npz"), "--out", str(out), "--law", "--average"]
+    assert main(arguments) == 1
+    assert "--law with --average" in capsys.readouterr().err
 
 
 def test_laws_of_whole_reaches_count_repetitions_once(solver, rng, tmp_path, capsys):

@@ -103,22 +103,35 @@ def test_nothing_is_said_to_be_known_of_what_reaches_do_not_show(solver):
     assert np.isinf(fitted.theta_sd).all()
 
 
-@pytest.mark.parametrize("noise", [0.0, 0.003])
-def test_begin_and_end_are_found_in_recordings(solver, rng, noise):
+@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize(("noise", "off_s"), [(0.0, 0.04), (0.003, 0.07)])
+def test_begin_and_end_are_found_in_recordings(solver, rng, noise, off_s, side):
     for number in (0, 30, 60):
-        track, onset, end = recorded(solver, number, rng, noise=noise)
+        track, onset, end = recorded(solver, number, rng, noise=noise, side=side)
         whole = observe_whole(track, onset + 0.1, end - 0.15, solver.arm, facing_rad=FACING)
-        first = onset - whole.span[0] * whole.seen.problem.duration
-        found = first + np.array(whole.span) * whole.seen.problem.duration
-        rests = whole.span[0] * whole.seen.problem.duration
-        assert 0.5 * REST_S < rests < 1.5 * REST_S
-        length = found[1] - found[0]
-        assert length == pytest.approx(end - onset, abs=0.09)
+        length = (whole.span[1] - whole.span[0]) * whole.seen.problem.duration
+        assert whole.begin_s == pytest.approx(onset, abs=off_s)
+        assert whole.begin_s + length == pytest.approx(end, abs=off_s)
+        assert whole.span[0] * whole.seen.problem.duration == pytest.approx(REST_S, abs=0.01)
         assert whole.between.problem.duration == pytest.approx(length, abs=0.01)
         task = problem(number)
         np.testing.assert_allclose(whole.seen.problem.q_start, task.q_start, atol=0.02)
         np.testing.assert_allclose(whole.seen.problem.q_end, task.q_end, atol=0.02)
         assert not whole.between.problem.v_start.any()
+
+
+def test_what_comes_right_after_a_reach_is_not_looked_at(solver, rng):
+    """There, and back again at once: the hand rests for a moment."""
+    track, onset, end = recorded(solver, 30, rng)
+    inside = (track.time_s >= onset) & (track.time_s <= end)
+    there = track.keypoints[inside]
+    points = np.concatenate([track.keypoints[track.time_s < onset], there, there[::-1]])
+    both = replace(track, time_s=np.arange(len(points)) / RATE_HZ, keypoints=points)
+    whole = observe_whole(both, onset, end, solver.arm, facing_rad=FACING)
+    length = whole.seen.problem.duration
+    assert whole.begin_s + (1.0 - whole.span[0]) * length < end + REST_S + 0.03
+    moved = np.linalg.norm(whole.seen.hand[-1] - whole.seen.hand, axis=1)
+    assert moved[whole.seen.phases > whole.span[1]].max() < 0.01
 
 
 def test_no_rest_is_no_whole_reach(solver, rng):

@@ -232,6 +232,12 @@ def fit_ioc(
         indices_of(names)
         if scaling not in SCALINGS:
             raise ConfigError(f"--scaling {scaling}", expected="one of " + ", ".join(SCALINGS))
+        if law and average:
+            raise ConfigError(
+                "--law with --average",
+                expected="one of them: the mean path of repetitions is the optimum of nothing",
+                hint="leave out --average",
+            )
         if law:
             WeightLaw(names, np.zeros((len(names) - 1, len(FEATURES))))  # says what costs it needs
         if convention not in CONVENTIONS:

@@ -14,11 +14,13 @@ of its own: the mean of their paths is the optimum of nothing.
 When a hand sets out and comes to rest is hidden in the noise, and weights hang on it: 20 ms too early or
 too late are enough to lose them. Where it is not known, both times of each reach are found along with the
 law (`whole.WholeReach`): they are fitted anew to each path that is tried, and steps of the law are taken
-across what they could make up for (variable projection, Golub and Pereyra 1973).
+across what they could make up for (variable projection, Golub and Pereyra 1973). The duration and the scale
+factors that belong to them are brought up to date between the steps.
 """
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections import defaultdict
 from collections.abc import Callable, Hashable, Sequence
@@ -32,7 +34,7 @@ from hri_prediction.motor_control.costs import CHAPTER_2, JOINT_JERK, indices_of
 from hri_prediction.motor_control.observed import ObservedReach
 from hri_prediction.motor_control.ocp import NotConverged, ReachSolver
 from hri_prediction.motor_control.problem import ReachProblem
-from hri_prediction.motor_control.scaling import MAXIMUM, scaling_of
+from hri_prediction.motor_control.scaling import MAXIMUM, Scaling, scaling_of
 from hri_prediction.motor_control.span import Span, fitted_span, span_derivatives, within
 
 Array = NDArray[np.float64]
@@ -161,7 +163,9 @@ def fit_law(
         for each, ends, span in zip(reaches, postures, free, strict=True)
     ]
     samples = sum(each.observed.hand.size for each in pooled)
-    squares = _taken(pooled, law, sum(each.solve(law) for each in pooled))
+    squares = sum(each.solve(law) for each in pooled)
+    if math.isfinite(squares):
+        squares = sum(each.accept(law) for each in pooled)
     damping, done = 1e-3, 0
     size = law.theta.size
     for done in range(1, steps + 1):
@@ -181,13 +185,14 @@ def fit_law(
         if better is None:
             break
         gained = (squares - better[1]) / squares
-        law, squares = better[0], _taken(pooled, *better)
+        law = better[0]
+        squares = sum(each.accept(law) for each in pooled)
         damping = max(damping * 0.1, 1e-9)
         if gained < 1e-7:
             break
     progress(steps, steps)
     for each in pooled:
-        each.solve(law)
+        each.solve(law, fit_span=False)
     information, _ = _normal(pooled, law)
     fitted = size + 2 * len(spans)
     noise = squares / max(samples - correlated * fitted, 1.0)
@@ -229,13 +234,6 @@ def mean_postures(
     return [means[which] for which in alike]
 
 
-def _taken(pooled: Sequence[_Pooled], law: WeightLaw, squares: float) -> float:
-    """Keep what was tried last; the squared distance of all paths, with the durations known now."""
-    if not any([each.accept() for each in pooled]):
-        return squares
-    return sum(each.solve(law) for each in pooled)
-
-
 def _normal(pooled: Sequence[_Pooled], law: WeightLaw) -> tuple[Array, Array]:
     """Normal matrix and right side of a Gauss-Newton step, of all reaches."""
     size = law.theta.size
@@ -263,38 +261,47 @@ class _Pooled:
         self.chosen = indices_of(names)
         self._scaling_name = scaling
         self._span = self._tried_span = span
-        self._pose()
+        self.problem, self.scaling = self._posed(span)
         self._motion = self._tried = self.scaling.optima[JOINT_JERK]
+        self._squares = math.inf
 
-    def _pose(self) -> None:
-        """The problem, and the scale factors, that belong to the span."""
+    def _posed(self, span: Span | None) -> tuple[ReachProblem, Scaling]:
+        """The problem, and the scale factors, that belong to a span."""
         problem = self.observed.problem
-        if self._span is not None:
-            begin, end = self._span
-            problem = replace(problem, duration=(end - begin) * problem.duration)
-        self.problem = problem
-        self.scaling = scaling_of(self.solver, problem, self._scaling_name)
+        if span is not None:
+            problem = replace(problem, duration=(span[1] - span[0]) * problem.duration)
+        return problem, scaling_of(self.solver, problem, self._scaling_name)
 
-    def solve(self, law: WeightLaw) -> float:
+    def solve(self, law: WeightLaw, *, fit_span: bool = True) -> float:
         """Squared distance of the path to the optimum of a law; `accept` keeps that."""
         weights = self.scaling.weights(law.alpha(*self.ends), self.names)
+        self._squares = math.inf
         try:
             self._tried = self.solver.solve(self.problem, weights, self._motion.coefficients)
         except NotConverged:
             return math.inf  # a step that went too far
-        if self._span is not None:
+        self._tried_span = self._span
+        if self._span is not None and fit_span:
             self._tried_span = fitted_span(self._tried, self.observed, self.solver.arm, self._span)
         path = self._tried.hand(self._phases(self._tried_span), self.solver.arm)
-        return float(np.square(path - self.observed.hand).sum())
+        self._squares = float(np.square(path - self.observed.hand).sum())
+        return self._squares
 
-    def accept(self) -> bool:
-        """The last motion is where the next steps begin; whether its problem is another by now."""
+    def accept(self, law: WeightLaw) -> float:
+        """The last motion is where the next steps begin; its squared distance, with its own duration."""
         self._motion = self._tried
-        if self._tried_span is None or self._tried_span == self._span:
-            return False
+        if self._tried_span == self._span:
+            return self._squares
+        before = self._span, self.problem, self.scaling
         self._span = self._tried_span
-        self._pose()
-        return True
+        with contextlib.suppress(NotConverged):
+            self.problem, self.scaling = self._posed(self._span)
+            if math.isfinite(self.solve(law, fit_span=False)):
+                self._motion = self._tried
+                return self._squares
+        # Nothing is found of that duration: the one before will do.
+        self._span, self.problem, self.scaling = before
+        return self.solve(law, fit_span=False)
 
     def _phases(self, span: Span | None) -> Array:
         return self.observed.phases if span is None else within(self.observed.phases, span)

@@ -75,7 +75,7 @@ def fit_person_laws(
             continue
         try:
             fitted = _fit(own, alike, names, scaling, progress)
-        except HriError as error:
+        except (HriError, np.linalg.LinAlgError) as error:
             left_out.append(f"{person}: {error}")
             continue
         found.append(PersonLaw(person, len(own), fitted))
@@ -154,7 +154,7 @@ def law_lines(laws: Sequence[PersonLaw], left_out: Sequence[str], *, whole: bool
         text += [
             "log of a weight by that of joint jerk = θ · [1, q_start, q_end], one θ for all reaches of an "
             "arm (in results.json, with standard deviations); repetitions of a task share their weights. "
-            "Distance: root mean square of all samples to the optima of the law, at the same phase.\n",
+            "Distance: root mean square of all samples to the optima of the law, at the same time.\n",
             markdown(("arm", "reaches", "distance [cm]"), rows),
         ]
     text += [f"- no law of {line}" for line in left_out]

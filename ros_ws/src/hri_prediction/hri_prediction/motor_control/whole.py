@@ -38,11 +38,13 @@ class WholeReach:
         seen: All that is looked at, from some rest before to some rest after.
         span: Phases of that at about which the hand sets out and comes to rest.
         between: The reach between the two.
+        begin_s: When the hand sets out at about, on the track's clock.
     """
 
     seen: ObservedReach
     span: Span
     between: ObservedReach
+    begin_s: float
 
 
 def observe_whole(
@@ -82,8 +84,9 @@ def observe_whole(
         track, first, last, arm, facing_rad=facing_rad, limits=limits, trim=False, name=name
     )
     at = first + wide.phases * (last - first)
-    begin, end = _ends(at, wide, (onset_s, end_s), arm, what)
-    start, finish = max(begin - REST_S, first), min(end + REST_S, last)
+    begin, end, still = _ends(at, wide, (onset_s, end_s), what)
+    # Another movement may begin right after it.
+    start, finish = max(begin - REST_S, still[0]), min(end + REST_S, still[1])
     for where, rest in (("before", begin - start), ("after", finish - end)):
         if rest < LEAST_REST_S:
             raise DataError(
@@ -110,7 +113,7 @@ def observe_whole(
     between = observe(
         track, begin, end, arm, facing_rad=facing_rad, limits=limits, trim=False, name=name
     )
-    return WholeReach(seen, span, at_rest(between))
+    return WholeReach(seen, span, at_rest(between), begin)
 
 
 def _unbroken(times: Array, onset_s: float, end_s: float) -> tuple[float, float]:
@@ -124,9 +127,9 @@ def _unbroken(times: Array, onset_s: float, end_s: float) -> tuple[float, float]
 
 
 def _ends(
-    at: Array, seen: ObservedReach, labels: tuple[float, float], arm: ArmModel, what: str
-) -> tuple[float, float]:
-    """When the hand sets out and comes to rest at about [s].
+    at: Array, seen: ObservedReach, labels: tuple[float, float], what: str
+) -> tuple[float, float, tuple[float, float]]:
+    """When the hand sets out and comes to rest at about, and from when to when it does nothing else [s].
 
     Raises:
         DataError: it does not come to rest on either side.
@@ -135,15 +138,24 @@ def _ends(
     inside = (at >= labels[0]) & (at <= labels[1])
     peak = int(np.where(inside, speed, 0.0).argmax())
     slow = speed < CLEAR_SHARE * speed[peak]
-    before, after = np.flatnonzero(slow[:peak]), np.flatnonzero(slow[peak:])
-    for where, found, end in (("before", before, 0), ("after", after, -1)):
+    before, after = np.flatnonzero(slow[:peak]), peak + np.flatnonzero(slow[peak:])
+    for where, found, beside in (
+        ("before", before, speed[: peak + 1]),
+        ("after", after, speed[peak:]),
+    ):
         if not len(found):
             raise DataError(
-                f"{what}: {where} it the hand is never slower than {speed[end] / speed[peak]:.0%} of its "
-                "peak speed",
+                f"{what}: {where} it the hand is never slower than {beside.min() / speed[peak]:.0%} of "
+                "its peak speed",
                 expected=f"rest, with --whole: less than {CLEAR_SHARE:.0%}",
                 hint="leave out --whole",
             )
-    crossed, left = float(at[before[-1]]), float(at[peak + after[0]])
+    crossed, left = float(at[before[-1]]), float(at[after[0]])
     outside = float(share_outside(CLEAR_SHARE) * from_rest_to_rest(left - crossed, CLEAR_SHARE))
-    return crossed - outside, left + outside
+    fast = np.flatnonzero(~slow)
+    earlier, later = fast[fast < before[-1]], fast[fast > after[0]]
+    still = (
+        float(at[earlier[-1] + 1]) if len(earlier) else float(at[0]),
+        float(at[later[0] - 1]) if len(later) else float(at[-1]),
+    )
+    return crossed - outside, left + outside, still

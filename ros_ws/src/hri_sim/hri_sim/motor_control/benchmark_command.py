@@ -151,6 +151,7 @@ def measure(seed: int, extent: cases.Extent, progress: ProgressLine) -> dict[str
 def report(results: dict[str, Any]) -> str:
     """The text of ``results.md``."""
     smoke = " --smoke" if results["smoke"] else ""
+    missing = results["law"]["known"]["n"] - results["law"]["n"]
     free, seen = (results["ioc"]["cut"][f"accelerations_{each}"] for each in ("free", "seen"))
     text = [
         "# Optimal control of reaching and its inverse, measured\n",
@@ -166,10 +167,11 @@ def report(results: dict[str, Any]) -> str:
         f"{results['ioc']['search_solves_median']:.0f} solves. The weights of one noisy reach are off by "
         f"{results['composite']['alpha_error_median']:.2f} (median of the largest errors). Of the "
         f"variance of the true ones they explain {results['law']['r2_single_reaches']:.2f} (below 0: less "
-        f"than their mean would). A law of all {results['law']['n']} paths explains "
+        f"than their mean would). A law of {results['law']['n']} paths explains "
         f"{results['law']['r2_truth']:.3f} where reaches are whole, from rest to rest, repetitions share "
         "their weights but each has ends and a duration of its own, and when each began and ended, which "
-        "no recording tells well enough, is found along with the law; "
+        f"no recording tells well enough, is found along with the law ({missing} more were not found in "
+        "the noise, or no rest beside them); "
         f"{results['law']['known']['r2_truth']:.3f} were it known, "
         f"{results['law']['means']['r2_truth']:.3f} where, besides, the mean path of the repetitions is "
         f"explained instead, and {results['law']['cut']['r2_truth']:.2f} of paths that were cut at 5 % of "
