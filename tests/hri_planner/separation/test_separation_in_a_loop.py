@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from hri_planner.separation import travel
 from hri_planner.separation.config import ASSUMED, MEASURED, ProtectiveDistanceConfig
-from hri_planner.separation.monitor import LEAST_RATE, parameter_vector
+from hri_planner.separation.monitor import parameter_vector
+from hri_planner.separation.robot_state import LEAST_RATE
 from hri_planner.warm import warm_separation
 
 NOTHING = (np.full(1, -np.inf), np.zeros((2, 1, 3)), np.zeros((2, 1, 3, 3)), np.zeros(2))

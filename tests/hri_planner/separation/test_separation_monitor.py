@@ -12,15 +12,14 @@ from hypothesis import strategies as st
 from hri_planner.robot import load_robot
 from hri_planner.separation.config import BodyConfig, ProtectiveDistanceConfig, ReleaseConfig
 from hri_planner.separation.monitor import (
-    MAX_APART_S,
     ArmPrediction,
-    RobotState,
     SeparationMonitor,
     State,
     Verdict,
 )
 from hri_planner.separation.pairs import robot_ends
 from hri_planner.separation.parts import SeenArm
+from hri_planner.separation.robot_state import MAX_APART_S, RobotState
 from hri_planner.warm import warm_separation
 
 warm_separation()

@@ -10,7 +10,7 @@ import pytest
 from supervised import MS, RULES, Facts, Run, moving
 
 from hri_planner.supervision.decision import Interval, Outcome, ReadyPlan, Stage, Verdict
-from hri_planner.supervision.supervisor import TOUCHED
+from hri_planner.supervision.touch import TOUCHED
 
 WELL = [
     pytest.param({}, id="all is well"),
@@ -135,6 +135,15 @@ def test_a_controller_that_stands_by_itself_is_left_alone_while_it_is_touched() 
     # It is told to drop what it follows, and does not come to rest: that is something else.
     run.change(rate=0.4, separation=0.4)
     assert run.end(2.1).outcome == Outcome.LOST_INPUT
+
+
+def test_who_has_no_plan_in_time_gives_up_though_it_is_touched() -> None:
+    run = moving()
+    run.plans = False
+    run.run(0.3)
+    assert run.supervisor.scale == 0.0
+    run.facts = LEANING
+    assert run.end(2.2).outcome == Outcome.FAILED
 
 
 def test_noise_does_not_let_go() -> None:

@@ -18,7 +18,8 @@ from hri_planner.ptomp import HumanForecast, PtompConfig, PtompPlanner, TableBox
 from hri_planner.ptomp.costs import CostModel
 from hri_planner.robot import load_robot
 from hri_planner.separation.config import BodyConfig, ProtectiveDistanceConfig, ReleaseConfig
-from hri_planner.separation.monitor import RobotState, SeparationMonitor
+from hri_planner.separation.monitor import SeparationMonitor
+from hri_planner.separation.robot_state import RobotState
 from hri_planner.separation.track import ArmWatch
 from hri_prediction.geometry import capsule_distances
 

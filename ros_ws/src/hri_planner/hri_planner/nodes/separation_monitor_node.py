@@ -28,7 +28,8 @@ from hri_planner.separation.config import (
     ProtectiveDistanceConfig,
     ReleaseConfig,
 )
-from hri_planner.separation.monitor import RobotState, SeparationMonitor, State, Verdict
+from hri_planner.separation.monitor import SeparationMonitor, State, Verdict
+from hri_planner.separation.robot_state import RobotState
 from hri_planner.supervision.beat import Beat
 from hri_planner.warm import warm_separation
 from hri_prediction.errors import DataError

@@ -20,14 +20,10 @@ from hri_planner.supervision.keeper import Keeper
 from hri_planner.supervision.motion import Motion, planning
 from hri_planner.supervision.rules import Rules
 from hri_planner.supervision.stop import SETTLE_NS, Stop
+from hri_planner.supervision.touch import STOPS, TOUCHED, Touch
 
 HEARTBEAT_NS = 20_000_000
 FEEDBACK_NS = 100_000_000
-TOUCH_M = 0.01
-"""Arms that are nearer than this may be touched, as far as motion capture tells [m]."""
-LET_GO_M, LET_GO_NS = 0.02, 200_000_000
-"""Arms that are farther for so long have let go."""
-TOUCHED = "somebody touches the robot, which rests: it goes on once it is let go"
 CLOCK_STEP_NS = 100_000_000
 """A clock that goes back by more than this starts all anew; less is a clock being set [ns]."""
 
@@ -48,11 +44,10 @@ class Supervisor(Keeper):
         self._rules = rules
         self._limits = limits
         self.intervals = Intervals(rules.interval_ns, rules.transport_ns, rules.late_timeout_s)
-        self._stop = Stop()
+        self._stop, self._touch = Stop(), Touch()
         self._last_ns = 0
         self._heartbeat, self._feedback = Beat(HEARTBEAT_NS), Beat(FEEDBACK_NS)
         self._standing = Beat(FEEDBACK_NS)  # why the robot does not move
-        self._held_ns: int | None = None  # when somebody had a hand on the resting robot last
 
     def unreachable(self, reason: str, seen: Seen) -> Decision:
         """There is no way to the goal that was to begin; what the robot is still on ends with it."""
@@ -160,14 +155,13 @@ class Supervisor(Keeper):
         trouble = problem(seen.heard, self._limits, now_ns) or self._stop.unrest(
             seen.heard.controller
         )
-        touched = not trouble and self._is_held(seen, motion)
-        if touched:
-            trouble = TOUCHED
         # Whether a replan that never came back began before the motion did makes no difference.
         due = self.scale != 0.0 and (seen.busy or motion is None or motion.started)
         overdue = "" if trouble else self.intervals.lateness(now_ns, due=due)
-        if trouble or overdue:
-            self._pause(seen, motion, trouble or overdue, orders, touched=touched)
+        begun = motion is None or motion.started
+        touched = not (trouble or overdue) and self._touch.holds(seen, self.scale, begun=begun)
+        if trouble or overdue or touched:
+            self._pause(seen, motion, trouble or overdue or TOUCHED, orders)
             if not overdue or not self.active:
                 return
             # Tried again while the robot stops and stands: the first success lets it go on.
@@ -182,25 +176,10 @@ class Supervisor(Keeper):
         if not seen.busy and self.intervals.is_due(now_ns):
             orders.interval = self._next_interval(seen, self.motion, orders)
 
-    def _is_held(self, seen: Seen, motion: Motion | None) -> bool:
-        """Whether a robot that was stopped stays at rest, though nothing else is wrong, as it is touched.
-
-        Whoever has put a hand on it is to be neither pushed nor rubbed along. A robot that moves is the
-        planner's business, as is one that sets out for a new goal.
-        """
-        controller = seen.heard.controller
-        stands = self.scale == 0.0 or (controller is not None and controller.stands)
-        if not stands or (motion is not None and not motion.started):
-            self._held_ns = None
-            return False
-        if seen.separation <= (TOUCH_M if self._held_ns is None else LET_GO_M):
-            self._held_ns = seen.now_ns
-        return self._held_ns is not None and seen.now_ns - self._held_ns <= LET_GO_NS
-
     def _go_on(self, now_ns: int, motion: Motion | None) -> None:
         """There is nothing to stop for: full speed."""
         self._stop.over()
-        self._held_ns = None
+        self._touch.over()
         if self.scale == 0.0:
             self.reason = ""
             self._heartbeat.at_once(now_ns)
@@ -217,9 +196,7 @@ class Supervisor(Keeper):
             self.stage, self.reason = Stage.WAITING, planning(self.intervals.failure)
             orders.reports.append(self._report(motion))
 
-    def _pause(
-        self, seen: Seen, motion: Motion | None, why: str, orders: Orders, *, touched: bool
-    ) -> None:
+    def _pause(self, seen: Seen, motion: Motion | None, why: str, orders: Orders) -> None:
         """Bring the robot to rest on its path until the cause is gone."""
         now_ns = seen.now_ns
         if self.scale != 0.0 or self.stage != Stage.STOPPING:
@@ -235,14 +212,12 @@ class Supervisor(Keeper):
             orders.reports.append(self._report(motion))
         heartbeat = self._rules.heartbeat
         if self._stop.is_due(now_ns, seen.heard.controller, heartbeat=heartbeat):
-            # Who does not come to rest does so whether touched or not.
-            self._stop.tell(now_ns, "the robot comes to rest" if touched else why)
+            self._stop.tell(now_ns, STOPS if why == TOUCHED else why)
             orders.drop = True
         if motion is None:
             return
         motion.over_since_ns = None
-        if touched:
-            # Nothing is lost: it takes as long as the person does.
+        if why == TOUCHED:  # nothing is lost: it takes as long as the person does
             motion.lost_since_ns = None
             motion.min_separation = min(motion.min_separation, seen.separation)
             self._has_ended(seen, motion, orders)

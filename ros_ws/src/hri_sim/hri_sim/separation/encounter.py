@@ -16,8 +16,9 @@ from hri_planner.separation.config import (
     ProtectiveDistanceConfig,
     ReleaseConfig,
 )
-from hri_planner.separation.monitor import RobotState, SeparationMonitor, State
+from hri_planner.separation.monitor import SeparationMonitor, State
 from hri_planner.separation.parts import SeenArm
+from hri_planner.separation.robot_state import RobotState
 from hri_planner.separation.track import ArmWatch
 from hri_prediction.arm.geometry import SIDES, arm_capsules
 from hri_prediction.errors import DataError
