@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from hypothesis import assume, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hri_planner.robot import load_robot
@@ -104,14 +104,13 @@ def test_what_is_known_later_never_makes_it_faster(seed: int, later: float) -> N
 @given(SEEDS)
 @settings(max_examples=100, deadline=None)
 def test_who_is_measured_never_counts_for_more_than_who_is_assumed(seed: int) -> None:
-    """Unless they are seen to be faster than anybody is assumed to be."""
+    """Assumed to be as fast as they are seen to be, where that is more than the standard says."""
     rng = np.random.default_rng(seed)
     robot, people = draw_robot(rng), draw_people(rng, 2)
-    fastest = max(np.linalg.norm(a.speeds, axis=-1).max() for p in people.values() for a in p)
-    assume(fastest <= ProtectiveDistanceConfig().arm_speed)
-    assumed, measured = (
-        made(human).decide(404 * MS, robot, people) for human in (ASSUMED, MEASURED)
-    )
+    seen = max(np.linalg.norm(arm.speeds, axis=-1).max() for p in people.values() for arm in p)
+    fastest = max(float(seen), ProtectiveDistanceConfig().arm_speed)
+    assumed = made(ASSUMED, arm_speed=fastest).decide(404 * MS, robot, people)
+    measured = made(MEASURED).decide(404 * MS, robot, people)
     assert measured.scale >= assumed.scale
 
 
