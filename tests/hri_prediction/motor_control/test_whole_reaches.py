@@ -153,5 +153,8 @@ def test_no_rest_is_no_whole_reach(solver, rng):
         look(part(0.0, middle), middle)
     with pytest.raises(DataError, match="with a gap of"):
         look(part(0.0, middle), end)
+    still = np.repeat(track.keypoints[:1], len(track.time_s), axis=0)
+    with pytest.raises(DataError, match="the reach has no length"):
+        look(replace(track, keypoints=still), end)
     with pytest.raises(DataError, match="nothing is seen"):
         observe_whole(track, 50.0, 51.0, solver.arm, facing_rad=FACING)

@@ -116,7 +116,8 @@ def collect(
                 else:
                     seen = observe(*where, facing_rad=toward, name=name), None
             except DataError as error:
-                skipped.append(f"{name}: {error}")
+                text = str(error)
+                skipped.append(text if text.startswith(name) else f"{name}: {text}")
                 continue
             # The second reach of a recording is a repetition of the second of another.
             key = (person, track.side, track.task, number)
