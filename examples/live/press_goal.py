@@ -24,6 +24,7 @@ from hri_prediction.errors import HriError
 from hri_prediction.ros.conversions import WORLD
 from hri_prediction.ros.messages import GoalGuess, IdsList
 from hri_prediction.ros.qos import LATCHED, reliable
+from hri_prediction.ros.tracked import TRACKED
 
 
 def main() -> int:
@@ -31,7 +32,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--experiment", default="transfer", help="says what the goals are")
     parser.add_argument(
-        "--nobody", action="store_true", help="say that nobody is tracked, where nobody else does"
+        "--nobody",
+        action="store_true",
+        help="say, again and again, that nobody is tracked, where nobody else does",
     )
     options = parser.parse_args()
     try:
@@ -43,15 +46,15 @@ def main() -> int:
     rclpy.init()
     node = rclpy.create_node("press_goal")
     guesses = node.create_publisher(GoalGuess, "humans/guess", reliable(10))
-    bodies = node.create_publisher(IdsList, "humans/bodies/tracked", LATCHED)
-    if options.nobody:
-        bodies.publish(IdsList(header=Header(frame_id=WORLD)))
+    bodies = node.create_publisher(IdsList, TRACKED, LATCHED) if options.nobody else None
     print("; ".join(f"{number + 1}: {goal}" for number, goal in enumerate(goals)) + "; q: quit")
     before = termios.tcgetattr(sys.stdin)
     tty.setcbreak(sys.stdin)
     try:
         while True:
-            if not select.select([sys.stdin], [], [], 0.1)[0]:
+            if bodies is not None:  # a list that is not said again is soon too old to move by
+                bodies.publish(IdsList(header=Header(frame_id=WORLD)))
+            if not select.select([sys.stdin], [], [], 0.04)[0]:
                 continue
             stamp = node.get_clock().now().to_msg()
             key = os.read(sys.stdin.fileno(), 1).decode(

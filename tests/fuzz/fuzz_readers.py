@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import asyncio
+import contextlib
+import itertools
 import shutil
+from collections import deque
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
-from fuzz_samples import MARK
+from fuzz_samples import MARK, QTM_NAMES
 
 from hri_planner.adaptation.model_file import load_model, trained_with
 from hri_planner.dmp.model_file import read_dmp
@@ -26,6 +32,10 @@ from hri_prediction.errors import DataError, HriError
 from hri_prediction.hybrid.fit_command import read_results
 from hri_prediction.hybrid.store import PeopleStore, read_task
 from hri_prediction.hybrid.weight_file import load_process
+from hri_prediction.live.arm_stream import ArmStream, LiveBody, MarkerLayout
+from hri_prediction.live.qtm import QtmFrame, read_layout
+from hri_prediction.live.qtm_client import QtmClient, _Session, load_qtm_rt
+from hri_prediction.live.stream_clock import StreamClock
 from hri_prediction.ontology.classifier import InteractionClassifier
 from hri_prediction.ontology.cost_file import load_costs
 from hri_prediction.ontology.recordings import read_sessions
@@ -38,6 +48,7 @@ from hri_prediction.tracks.importers.convert import ImportOptions, convert, plan
 from hri_prediction.tracks.importers.recognise import read_markers
 from hri_prediction.tracks.importers.report import gap_report
 from hri_prediction.tracks.labels import onset_labels, segment_labels
+from hri_prediction.tracks.placement import Placement
 from hri_prediction.tracks.plausible import check_arm
 from hri_prediction.tracks.rate import check_rate
 from hri_sim.launch.parameters import CONFIGURATIONS, complete_parameters, read_parameters
@@ -47,6 +58,8 @@ from hri_sim.policies.handovers import holds_handovers, load_handovers
 from hri_sim.scenario.schema import load_scenario
 
 Reader = Callable[[Path], object]
+PIECE = 37
+"""What is received at a time [bytes]."""
 
 
 def markers(path: Path) -> None:
@@ -166,6 +179,42 @@ def person(path: Path) -> None:
     if known.problem:
         raise DataError(f"{path}: {known.problem}")
     store.load(known.name)
+
+
+def qtm_stream(path: Path) -> None:
+    """What comes from a motion capture server, in pieces, up to the samples of an arm."""
+    frames: deque[QtmFrame] = deque()
+    client = SimpleNamespace(
+        _clock=itertools.count(10**18, 10**7).__next__, _frames=frames, problem=""
+    )
+    session = _Session(load_qtm_rt(), cast(QtmClient, client))
+    session._layout = MarkerLayout(QTM_NAMES, 100.0, "+z")
+    protocol = session.protocol(cast(asyncio.AbstractEventLoop, object()))  # nothing is waited for
+    protocol.set_on_packet(session._on_packet)
+    content = path.read_bytes()
+    for at in range(0, len(content), PIECE):
+        protocol.data_received(content[at : at + PIECE])
+    clock, arms = (
+        StreamClock(),
+        ArmStream(session._layout, [LiveBody("ann")], Placement(), accept_guess=True),
+    )
+    for frame in frames:
+        stamp = clock.stamp(frame.source_ns, frame.received_ns)
+        if stamp is not None:
+            assert stamp <= frame.received_ns
+            arms.samples(frame.positions, stamp)
+    if session._ended.is_set():
+        raise DataError(f"{path}: {session._reason}")
+
+
+def qtm_layout(path: Path) -> None:
+    """What such a server says of its markers."""
+    try:
+        layout = read_layout(path.read_bytes())
+    except HriError as error:
+        raise DataError(f"{path}: {error}") from error
+    with contextlib.suppress(HriError):  # markers of no arm
+        ArmStream(layout, [LiveBody("ann", side="right")], Placement(), accept_guess=True)
 
 
 MODELS: dict[str, Reader] = {

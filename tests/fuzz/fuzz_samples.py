@@ -35,11 +35,13 @@ from hri_planner.rnn.scales import Scales
 from hri_planner.rnn.training.state import TrainingState, save_state
 from hri_prediction.bags.metadata import OfferedQos, TopicInfo
 from hri_prediction.bags.writer import BagWriter
+from hri_prediction.files.sealed import KEY
 from hri_prediction.hybrid.prior_path import Geometry, PriorPath
 from hri_prediction.hybrid.store import PERSON_FORMAT, write_task
 from hri_prediction.hybrid.task import PersonalTask, TaskKey
 from hri_prediction.hybrid.weight_file import data_to_values, save_process
 from hri_prediction.hybrid.weight_process import WeightData, WeightProcess
+from hri_prediction.live.qtm_server import EVENT, NO_MORE, QtmServer, data_packet, packet
 from hri_prediction.ontology.classifier import TERMS, InteractionClassifier
 from hri_prediction.ontology.cost_file import CaseCosts, LearntCosts
 from hri_prediction.ontology.costs import NUMBER
@@ -183,6 +185,28 @@ def handover_archives() -> Files:
         "rate_hz": np.array(120.0),
     }
     return (npz_bytes(arrays),)
+
+
+# ------------------------------------------------------------------ streams
+QTM_NAMES = ("RSHO", "RELB", "RWRA", "RWRB", "RFIN")
+"""Markers of the stream."""
+
+
+@cache
+def qtm_streams() -> Files:
+    """What a motion capture server sends once frames are asked for."""
+    places = arm_mm(6)
+    places[2, 1] = np.nan
+    frames = [data_packet(n + 1, 10_000 * n, points) for n, points in enumerate(places)]
+    told = packet(EVENT, bytes([3]))
+    return b"".join(frames), b"".join([frames[0], told, frames[1], packet(NO_MORE, b"")])
+
+
+@cache
+def qtm_layouts() -> Files:
+    """What it answers when it is asked for its settings."""
+    with QtmServer(arm_mm(2), QTM_NAMES) as server:
+        return (server.parameters().encode(),)
 
 
 # ------------------------------------------------------------------ bags
@@ -357,18 +381,24 @@ def plain_trees() -> dict[str, tuple[Any, ...]]:
     flat = CaseCosts(np.full(NUMBER, 0.1), np.ones(NUMBER), 12, 0.9)
     learnt = LearntCosts({"case_1": flat, "case_13": flat}, 0.2, "a test")
     return {
-        "weights": (json.loads(text),),
+        "weights": (_unsealed(text),),
         "person": (person, {**person, "weights": None}),
-        "interaction costs": (json.loads(written(learnt.save, "a.json")),),
+        "interaction costs": (_unsealed(written(learnt.save, "a.json")),),
         "explained reaches": (_explained(costs),),
     }
+
+
+def _unsealed(text: bytes) -> dict[str, Any]:
+    """Without the checksum, which would have nearly all that is altered refused for the same reason."""
+    return {key: value for key, value in json.loads(text).items() if key != KEY}
 
 
 def _explained(costs: tuple[str, ...]) -> dict[str, Any]:
     """Results of inverse optimal control, of enough reaches to fit to."""
     row = {
         "name": "a", "error": "", "q_start_deg": [10.0] * 3, "q_end_deg": [30.0] * 3,
-        "alpha": [0.5, 0.3, 0.2], "sd": [0.1] * 3, "factors": [1.0] * 3, "rest_factors": [1.0] * 3,
+        "alpha": [0.5, 0.3, 0.2], "covariance": np.diag([0.01] * 3).ravel().tolist(), "factors": [1.0] * 3,
+        "rest_factors": [1.0] * 3,
     }  # fmt: skip
     return {"costs": list(costs), "reaches": [row] * 12}
 

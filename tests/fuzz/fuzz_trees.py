@@ -44,6 +44,14 @@ def _at(tree: Any, path: tuple[Any, ...]) -> Any:
     return tree
 
 
+def _holds(tree: Any, node: Any) -> bool:
+    """Whether a node is in a tree, or is all of it; the same node may be in several places."""
+    if tree is node:
+        return True
+    inner = tree.values() if isinstance(tree, dict) else tree if isinstance(tree, list) else ()
+    return any(_holds(each, node) for each in inner)
+
+
 def tree_changed(draw: DrawFn, tree: Any) -> Any:
     """The same with another value, without one, with one more, or with two exchanged."""
     tree = copy.deepcopy(tree)
@@ -66,9 +74,9 @@ def tree_changed(draw: DrawFn, tree: Any) -> Any:
         del parent[key]
     elif what == "exchange":
         other = draw(st.sampled_from(there))
-        if other[: len(path)] != path and path[: len(other)] != other:
-            outer = _at(tree, other[:-1])
-            parent[key], outer[other[-1]] = outer[other[-1]], parent[key]
+        outer, its_key = _at(tree, other[:-1]), other[-1]
+        if not _holds(outer[its_key], parent) and not _holds(parent[key], outer):
+            parent[key], outer[its_key] = outer[its_key], parent[key]
     elif isinstance(parent, list):
         parent[key:key] = [copy.deepcopy(parent[key])] * draw(st.sampled_from([1, 3, 200]))
     elif what == "key":

@@ -26,12 +26,12 @@ from hri_planner.policy.partner import Partner
 from hri_planner.rnn.model_file import find_policy, load_policy, save_policy
 from hri_planner.robot.model import load_robot
 from hri_prediction.errors import DataError
-from hri_prediction.ros.messages import IdsList, LoadModel, PolicyStatus, ReachTarget
-from hri_prediction.ros.qos import LATCHED, reliable
+from hri_prediction.ros.messages import LoadModel, PolicyStatus, ReachTarget
+from hri_prediction.ros.qos import reliable
 from hri_prediction.ros.time import to_time
 from hri_sim.scenario.schema import Scenario
 from hri_sim.testing import Graph, ReachHandle, cue, node_factory, reach
-from hri_sim.testing.spoiling import REMAP, Tamper, blind, wrist_jump
+from hri_sim.testing.spoiling import REMAP, EmptyRoom, Spoil, Tamper, blind, millimetres, wrist_jump
 
 Result = ReachTarget.Result
 ACTION = "/policy/reach_target"
@@ -164,15 +164,23 @@ def test_a_cancelled_motion_stops_smoothly(make: Callable[..., Graph], scenario:
     assert largest_reference_step(graph) < 0.02
 
 
-def test_a_partner_who_is_lost_stops_the_robot(
-    make: Callable[..., Graph], scenario: Scenario
-) -> None:
+def spoilt_in_motion(
+    make: Callable[..., Graph], scenario: Scenario, how: Spoil, seconds: float
+) -> tuple[Graph, ReachHandle]:
+    """A graph whose motion capture goes wrong for a while, from now on, as the robot moves."""
     graph = make(remappings=REMAP, sensors=[node_factory(Tamper)])
     handle = start(graph, scenario)
     run_into_motion(graph)
     tamper = graph.nodes["tamper"]
     assert isinstance(tamper, Tamper)
-    tamper.spoil(blind, 0.5)
+    tamper.spoil(how, seconds)
+    return graph, handle
+
+
+def test_a_partner_who_is_lost_stops_the_robot(
+    make: Callable[..., Graph], scenario: Scenario
+) -> None:
+    graph, handle = spoilt_in_motion(make, scenario, blind, 0.5)
     graph.run(0.35)
     assert np.abs(newest_speed(graph)).max() < 0.02
     assert "person1" in graph.messages(STATUS)[-1].reason
@@ -180,13 +188,23 @@ def test_a_partner_who_is_lost_stops_the_robot(
     assert largest_reference_step(graph) < 0.02
 
 
+def test_a_partner_in_millimetres_stops_the_robot(
+    make: Callable[..., Graph], scenario: Scenario
+) -> None:
+    """Nobody else would: there is neither a predictor nor a separation monitor."""
+    graph, handle = spoilt_in_motion(make, scenario, millimetres, 0.6)
+    graph.run(0.2)
+    faults = " ".join(graph.nodes["policy"].faults)
+    assert "upper arm of person1 is" in faults
+    assert "check the unit: positions are in metres" in faults
+    for _ in range(8):  # as long as it lasts
+        assert np.abs(newest_speed(graph)).max() < 0.02
+        graph.run(0.05)
+    assert finish(graph, handle).outcome == Result.REACHED
+
+
 def test_one_wild_sample_changes_nothing(make: Callable[..., Graph], scenario: Scenario) -> None:
-    graph = make(remappings=REMAP, sensors=[node_factory(Tamper)])
-    handle = start(graph, scenario)
-    run_into_motion(graph)
-    tamper = graph.nodes["tamper"]
-    assert isinstance(tamper, Tamper)
-    tamper.spoil(wrist_jump, 0.004)
+    graph, handle = spoilt_in_motion(make, scenario, wrist_jump, 0.004)
     graph.run(0.1)
     assert np.abs(newest_speed(graph)).max() > 0.1
     assert finish(graph, handle).outcome == Result.REACHED
@@ -205,16 +223,19 @@ def test_the_clock_goes_back(make: Callable[..., Graph], scenario: Scenario) -> 
 
 
 def test_people_come_and_go(make: Callable[..., Graph], scenario: Scenario) -> None:
-    graph = make()
+    graph = make(others=[node_factory(EmptyRoom)])
+    room = graph.nodes["empty_room"]
+    assert isinstance(room, EmptyRoom)
+    room.says_so = True
     handle = start(graph, scenario)
     run_into_motion(graph)
     # Somebody is tracked of whom nothing is heard: the robot waits.
     for names, word in ((["person1", "eve"], "eve"), (["person1", "no/name"], "no/name")):
-        graph.publish(IdsList, "humans/bodies/tracked", IdsList(ids=names), LATCHED)
+        room.ids = names
         graph.run(0.4)
         assert np.abs(newest_speed(graph)).max() < 0.02
         assert word in graph.messages(STATUS)[-1].reason
-    graph.publish(IdsList, "humans/bodies/tracked", IdsList(ids=["person1"]), LATCHED)
+    room.ids = ["person1"]
     assert finish(graph, handle).outcome == Result.REACHED
     assert largest_reference_step(graph) < 0.02
 

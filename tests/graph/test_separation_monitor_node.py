@@ -14,16 +14,16 @@ from motions import (
     start_reach,
     stop_time_ms,
 )
-from std_msgs.msg import Float64, Header
+from std_msgs.msg import Float64
 
 from hri_planner.ros.inputs import NOBODY
 from hri_prediction.ros.messages import IdsList, ReachTarget, SeparationStatus
 from hri_prediction.ros.node import ERROR, WARN, HriNode
 from hri_prediction.ros.qos import LATCHED, reliable
-from hri_prediction.ros.time import seconds_to_ns, to_time
+from hri_prediction.ros.time import seconds_to_ns
 from hri_sim.scenario.schema import Scenario
 from hri_sim.testing import Graph, node_factory, spoiling
-from hri_sim.testing.spoiling import ARM, RAW, STILL, Bystander, Tamper, millimetres
+from hri_sim.testing.spoiling import ARM, RAW, STILL, Bystander, EmptyRoom, Tamper, millimetres
 
 SCALE = "/separation/speed_scale"
 STATUS = "/separation/status"
@@ -49,7 +49,7 @@ def test_a_reach_past_a_person(
     assert largest_reference_step(graph) < 0.02
     assert not any(m.contacts_human for m in graph.messages("/sim/state"))
     # The monitor alone commands the speed, all the time.
-    assert len(scales(graph)) >= 45 * (graph.now_s - begin)
+    assert len(scales(graph)) >= 120 * (graph.now_s - begin)
     for status in graph.messages(STATUS):
         if status.margin < NOBODY and status.human_part:
             total = status.s_h + status.s_r + status.s_s + status.c + status.z_d + status.z_r
@@ -61,9 +61,13 @@ def test_a_reach_past_a_person(
 def test_it_stops_for_a_hand_that_it_takes_to_be_fast(
     make_graph: Callable[..., Graph], scenario: Scenario
 ) -> None:
-    graph = make_graph(separation="assumed")
+    # From farther back: where the scene begins, a hand rests 30 cm away, and the robot would not set out.
+    q = list(scenario.robot_start)
+    q[1] += 0.6
+    back = scenario.model_copy(update={"robot_start": tuple(q)})
+    graph = make_graph(scenario=back, separation="assumed")
     graph.run(0.6)
-    handle = start_reach(graph, scenario)
+    start_reach(graph, scenario)
     graph.run_until(lambda: np.abs(newest_speed(graph)).max() > 0.05, 5.0)
     graph.run_until(lambda: states(graph)[-1] == SeparationStatus.STOPPED, 5.0)
     stopped = graph.messages(STATUS)[-1]
@@ -71,9 +75,10 @@ def test_it_stops_for_a_hand_that_it_takes_to_be_fast(
     assert "person1" in stopped.reason
     assert stopped.distance < 0.6
     assert stop_time_ms_from_now(graph) <= 150.0
-    # The person stays there or goes: in either case the robot does not move while they are near.
+    # The person stays there or goes: the robot moves only while there is room.
+    before = len(graph.messages(STATUS))
     graph.run(1.0)
-    assert not handle.done or handle.result is not None
+    assert not [s for s in graph.messages(STATUS)[before:] if s.speed_scale > 0.0 > s.margin]
     assert not any(m.contacts_human for m in graph.messages("/sim/state"))
 
 
@@ -97,10 +102,10 @@ def test_a_policy_is_scaled_too(
     )
     result = finish(graph, handle, 20.0)
     assert result.outcome == ReachTarget.Result.REACHED, result.reason
-    assert len(scales(graph)) >= 45 * (graph.now_s - begin)
+    assert len(scales(graph)) >= 120 * (graph.now_s - begin)
 
 
-@pytest.mark.parametrize("speed", [0.1, 0.6])
+@pytest.mark.parametrize("speed", [0.1, 0.4])
 def test_a_dead_monitor_stops_the_robot(
     make_graph: Callable[..., Graph], scenario: Scenario, speed: float
 ) -> None:
@@ -235,9 +240,10 @@ def test_a_clock_that_goes_back(graph_with_monitor: Graph, scenario: Scenario) -
     node = graph.nodes["separation_monitor"]
     node.tick(seconds_to_ns(graph.now_s - 1.5))
     assert any("clock went back" in text for text in node.faults)
-    assert scales(graph)[-1] == 0.0 or graph.run(0.02) is None
+    said = len(scales(graph))
     graph.run(0.02)
-    assert 0.0 in scales(graph)[-10:]
+    assert scales(graph)[said:]
+    assert set(scales(graph)[said:]) == {0.0}
     graph.run(1.5)
     assert scales(graph)[-1] > 0.0
 
@@ -282,25 +288,45 @@ def test_a_planner_leaves_the_speed_to_a_monitor_for_good(
     assert len(scales(graph)) == beats
 
 
-def test_the_list_of_a_second_source_makes_nobody_vanish(
-    make_graph: Callable[..., Graph],
+@pytest.mark.parametrize("leave_distance", [0.1, 0.5])
+def test_a_second_source_makes_nobody_vanish_and_the_death_of_either_is_noticed(
+    make_graph: Callable[..., Graph], leave_distance: float
 ) -> None:
-    graph = make_graph(separation="measured", others=[node_factory(EmptyRoom)])
+    graph = make_graph(
+        separation="measured",
+        others=[node_factory(EmptyRoom)],
+        parameters={"separation_monitor": {"leave_distance": leave_distance}},
+    )
     graph.run(0.6)
     room = graph.nodes["empty_room"]
     assert isinstance(room, EmptyRoom)
     room.says_so = True
+    begin = len(graph.messages(STATUS))
     graph.run(1.5)
     assert graph.messages(STATUS)[-1].body_id == "person1"
-    level, text, _ = graph.nodes["separation_monitor"].health()
-    assert level == WARN
-    assert "person1" in text
-    # Who is not seen any more either has left.
+    assert not any("tracked" in m.reason for m in graph.messages(STATUS)[begin:])
+    monitor = graph.nodes["separation_monitor"]
+    assert "listed" not in monitor.health()[1]
     graph.kill("person")
+    graph.run(0.2)
+    begin = len(graph.messages(STATUS))
+    graph.run(1.5)
+    assert {m.state for m in graph.messages(STATUS)[begin:]} == {SeparationStatus.STOPPED}
+    assert graph.messages(STATUS)[-1].distance < NOBODY
+    assert "a source no longer says" in graph.nodes["ptomp"]._heard.lists.trouble(
+        round(graph.now_s * 1e9)
+    )
+    # Another list takes the place of the dead one's: who is not on it has left, or was lost.
+    graph.publish(IdsList, "humans/bodies/tracked", IdsList(), LATCHED)
     graph.run(0.4)
     assert graph.messages(STATUS)[-1].distance < NOBODY
     graph.run(0.3)
-    assert graph.messages(STATUS)[-1].distance == NOBODY
+    newest = graph.messages(STATUS)[-1]
+    if leave_distance == 0.1:
+        assert newest.distance == NOBODY
+    else:
+        assert newest.state == SeparationStatus.STOPPED
+        assert newest.reason == "person1 was lost beside the robot, and is no longer listed"
 
 
 def test_without_people_it_is_at_full_speed(
@@ -337,18 +363,3 @@ class Meddler(HriNode):
 
     def on_tick(self, now_ns: int) -> None:
         self._scale.publish(Float64(data=1.0))
-
-
-class EmptyRoom(HriNode):
-    """Says, when it is told to, that nobody is there."""
-
-    def __init__(self, **kwargs: Any) -> None:
-        super().__init__("empty_room", period_s=0.02, **kwargs)
-        self.says_so = False
-        self._ids: Any = None
-
-    def on_tick(self, now_ns: int) -> None:
-        if self.says_so and self._ids is None:
-            self._ids = self.announce(IdsList, "humans/bodies/tracked", LATCHED)
-            header = Header(stamp=to_time(now_ns), frame_id="world")
-            self._ids.publish(IdsList(header=header))

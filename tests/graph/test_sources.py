@@ -5,19 +5,25 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from motions import finish, newest_speed, run_into_motion, start_reach, stop_time_ms
+from motions import (
+    finish,
+    largest_reference_step,
+    newest_speed,
+    run_into_motion,
+    start_reach,
+    stop_time_ms,
+)
 from tampering import Tracker
 
 from hri_planner.nodes.ptomp_node import PtompNode
 from hri_prediction.nodes.predictor_node import PredictorNode
-from hri_prediction.ros.messages import IdsList, ReachTarget
-from hri_prediction.ros.qos import LATCHED
+from hri_prediction.ros.messages import ReachTarget
 from hri_prediction.tracks.files import save_tracks
 from hri_prediction.tracks.track import ArmTrack
 from hri_sim.nodes.replayer_node import ReplayerNode
 from hri_sim.scenario.schema import Scenario
 from hri_sim.testing import Graph, cue, node_factory, reach
-from hri_sim.testing.spoiling import STILL
+from hri_sim.testing.spoiling import STILL, EmptyRoom
 
 
 @pytest.fixture
@@ -51,21 +57,23 @@ def test_a_replay_that_is_ended_in_order_stops_the_robot(
 
 
 def test_a_name_that_no_topic_can_have_stops_the_robot_and_ends_no_node(
-    graph: Graph, scenario: Scenario
+    make_graph: Callable[..., Graph], scenario: Scenario
 ) -> None:
+    graph = make_graph(others=[node_factory(EmptyRoom)])
+    room = graph.nodes["empty_room"]
+    assert isinstance(room, EmptyRoom)
+    room.says_so = True
     graph.run(0.4)
     handle = start_reach(graph, scenario)
     run_into_motion(graph)
     named = graph.now_s
-    ids = IdsList(ids=["person1", "body-7"])
-    graph.publish(IdsList, "humans/bodies/tracked", ids, LATCHED)
+    room.ids = ["person1", "body-7"]
     graph.run(0.3)
     assert stop_time_ms(graph, named) <= 200.0
     for name in ("predictor", "ptomp"):
         assert any("'body-7'" in fault for fault in graph.nodes[name].faults), name
     assert "body-7" in graph.messages("/ptomp/status")[-1].reason
-    ids.ids = ["person1"]
-    graph.publish(IdsList, "humans/bodies/tracked", ids, LATCHED)
+    room.ids = ["person1"]
     assert finish(graph, handle).outcome == ReachTarget.Result.REACHED
 
 
@@ -138,3 +146,28 @@ def test_a_person_who_has_reached_often_takes_no_longer_to_tick(
     assert not person.faults
     assert kept[0] == 1
     assert max(kept) <= 4  # those of the last second, and the one before
+
+
+@pytest.mark.parametrize(
+    ("separation", "status"), [("off", "/ptomp/status"), ("assumed", "/separation/status")]
+)
+def test_a_source_that_falls_silent_after_it_said_that_nobody_is_there_stops_the_robot(
+    make_graph: Callable[..., Graph], alone: Scenario, separation: str, status: str
+) -> None:
+    """Somebody may have come since, and nobody would say so."""
+    graph = make_graph(scenario=alone, separation=separation, sensors=[node_factory(EmptyRoom)])
+    room = graph.nodes["empty_room"]
+    assert isinstance(room, EmptyRoom)
+    room.says_so = True
+    graph.run(0.6)
+    handle = start_reach(graph, alone)
+    run_into_motion(graph)
+    killed = graph.now_s
+    graph.kill("empty_room")
+    graph.run(0.8)
+    took = stop_time_ms(graph, killed)
+    assert took <= 200.0
+    assert largest_reference_step(graph) < 0.02
+    assert finish(graph, handle).outcome == ReachTarget.Result.LOST_INPUT
+    assert "nothing says any longer who is tracked" in graph.messages(status)[-1].reason
+    print(f"{separation}: at rest after {took:.0f} ms")

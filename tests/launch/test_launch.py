@@ -101,10 +101,13 @@ def test_a_run_from_start_to_end(launch: Launch) -> None:
         topic = message.channel.topic
         by_mcap[topic] = by_mcap.get(topic, 0) + 1
         first_ns.setdefault(topic, message.log_time_ns)
+    scheduled: dict[str, set[str]] = {}
     for message in read_ros2_messages(str(file), topics=["/diagnostics"]):
         for status in message.ros_msg.status:
             figures = {value.key: value.value for value in status.values}
             assert figures.get("compiled_late", "") == "", f"{status.name} waited for a compiler"
+            scheduled.setdefault(status.hardware_id, set()).add(figures.get("scheduling"))
+    assert scheduled["ptomp"] == {"shared"}
     assert by_mcap == {topic: by_rosbags[topic] for topic in plain if by_rosbags[topic]}
     wanted = {
         "/joint_states",

@@ -38,7 +38,7 @@ def test_a_policy_moves_the_robot(launch: Launch, scene: str) -> None:
         for status in message.decode().status:
             figures = {value.key: value.value for value in status.values}
             assert figures.get("compiled_late", "") == "", f"{status.name} waited for a compiler"
-    record = earlier_run(run.out)
+    record = earlier_run(run.out).record
     assert record.goals is not None
     assert (len(record.goals) > 1) == (scene != "sequence")
     assert np.isfinite(record.q).all()

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -20,6 +20,7 @@ from hri_prediction.errors import ConfigError, DataError
 
 FIELD = FieldConfig(strength=0.3)
 STEP = 1e-4
+SMALLEST_NORMAL = float(np.finfo(float).tiny)
 START, GOAL = np.zeros(3), np.array((0.6, 0.0, 0.0))
 
 
@@ -164,14 +165,19 @@ def test_it_is_the_relative_velocity_that_counts() -> None:
 
 
 @settings(max_examples=100, deadline=None)
-@given(at=vectors, velocity=vectors, factor=st.floats(0.1, 10.0))
+@given(at=vectors, velocity=vectors, factor=st.sampled_from([0.125, 0.25, 0.5, 2.0, 4.0, 8.0]))
+@example(at=np.zeros(3), velocity=np.array([2.2e-313, 1.0, 2.2e-313]), factor=0.25)
 def test_the_push_is_finite_brakes_and_grows_with_the_speed(at, velocity, factor) -> None:
+    """By powers of two, which no product rounds: past an obstacle at its nearest, cos is rounding alone.
+
+    But for products below the smallest normal number: these lose digits.
+    """
     for obstacles in OBSTACLES.values():
         assume(np.linalg.norm(velocity) > 1e-3)
         push = acceleration(at, velocity, obstacles, FIELD)
         assert np.isfinite(push).all()
         again = acceleration(at, factor * velocity, obstacles, FIELD)
-        np.testing.assert_allclose(again, factor * push, rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(again, factor * push, rtol=0.0, atol=SMALLEST_NORMAL)
 
 
 @pytest.mark.parametrize("obstacles", OBSTACLES.values(), ids=list(OBSTACLES))

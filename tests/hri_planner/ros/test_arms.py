@@ -184,7 +184,7 @@ def test_inputs_are_of_those_who_are_tracked() -> None:
     for name, ms in (("ann", 8), ("bob", 4)):
         inputs.take(name, "right", ms * MS, ARM)
     assert inputs.partners(0) == []
-    inputs.tracked = ("ann", "bob", "eve")
+    inputs.lists.heard(0, ["ann", "bob", "eve"], 0)
     assert len(inputs.partners(10 * MS)) == 2
     assert inputs.newest_sample_ns() == 4 * MS
     assert {name: heard.stamp_ns for name, heard in inputs.people_heard().items()} == {
@@ -203,7 +203,8 @@ def test_inputs_are_of_those_who_are_tracked() -> None:
 
 def test_both_arms_of_a_body_are_two() -> None:
     """As one they would be an arm that jumps to and fro."""
-    inputs = ArmInputs(radii=np.array((0.05, 0.04, 0.05)), tracked=("ann",))
+    inputs = ArmInputs(radii=np.array((0.05, 0.04, 0.05)))
+    inputs.lists.heard(0, ["ann"], 0)
     for ms in range(0, 60, 4):
         inputs.take("ann", "right", ms * MS, ARM)
         if ms < 40:
@@ -219,3 +220,26 @@ def test_both_arms_of_a_body_are_two() -> None:
     inputs.forget_body("ann")
     assert inputs.people_heard() == {}
     assert inputs.arms_now() == []
+
+
+def test_what_is_wrong_with_a_sample_is_said() -> None:
+    arm = tracked(80)
+    assert arm.add(84 * MS, at(84)) == ""
+    assert arm.add(84 * MS, at(84)) == arm.add(60 * MS, at(60)) == "late or repeated sample"
+    said = arm.add(88 * MS, moved(at(88), ELBOW, 0.2))
+    assert said == "jump: elbow; the hand, which does not, tells where the arm is"
+    elsewhere = at(92) + 0.5
+    assert arm.add(92 * MS, elsewhere) == "jump: shoulder, elbow, wrist, hand tip; not believed yet"
+    assert arm.partner(92 * MS).position == pytest.approx(at(92)[HAND])
+    for ms in range(96, 148, 4):
+        assert arm.add(ms * MS, elsewhere).endswith("not believed yet")
+    assert arm.add(152 * MS, elsewhere).endswith("believed now, after 0.06 s")
+    assert arm.partner(152 * MS).position == pytest.approx(elsewhere[HAND])
+    assert arm.add(156 * MS, elsewhere) == ""
+    assert arm.add(-2000 * MS, at(0)) == "the clock went back: it is looked at anew"
+
+
+def test_an_arm_whose_hand_is_not_seen_is_not_taken() -> None:
+    inputs = ArmInputs(radii=np.full(3, 0.05))
+    assert inputs.take("ann", "left", 0, unseen(ARM, HAND)) == ""
+    assert inputs.people_heard() == {}

@@ -28,7 +28,7 @@ def inputs() -> Inputs:
 
 def problem(inputs: Inputs, now_ns: int = NOW_NS) -> str:
     """What the supervisor says of them."""
-    return freshness.problem(inputs.heard(), LIMITS, now_ns)
+    return freshness.problem(inputs.heard(now_ns), LIMITS, now_ns)
 
 
 def reference(stamp_ns: int = NOW_NS) -> ControllerState:
@@ -130,7 +130,7 @@ def prediction(
 
 
 def test_each_arm_of_a_body_is_planned_around(inputs: Inputs) -> None:
-    inputs.tracked = ("ann",)
+    inputs.lists.heard(0, ["ann"], NOW_NS)
     inputs.take_prediction(prediction("right", 0.0))
     inputs.take_prediction(prediction("left", 0.4))
     assert [arm[3, 1] for arm in inputs.arms_now()] == [0.0, 0.4]
@@ -147,7 +147,7 @@ def test_each_arm_of_a_body_is_planned_around(inputs: Inputs) -> None:
 
 
 def test_an_arm_that_is_invalid_or_silent_stops_the_robot(inputs: Inputs) -> None:
-    inputs.tracked = ("ann",)
+    inputs.lists.heard(0, ["ann"], NOW_NS)
     inputs.take_prediction(prediction("right", 0.0))
     assert problem(inputs) == ""
     inputs.take_prediction(prediction("left", 0.4, state=HumanPrediction.INVALID))

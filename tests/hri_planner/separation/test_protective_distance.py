@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from hri_planner.separation import travel
 from hri_planner.separation.config import ProtectiveDistanceConfig
@@ -58,15 +59,16 @@ def test_the_robot_stops_within_its_terms(scale: float, toward: float) -> None:
     terms = np.empty(travel.TERMS)
     total = travel.robot_travel(toward, 1.0, -1.0, scale, PAR, terms)
     dt, way, time, path = 1e-5, 0.0, 0.0, toward * scale
-    stop = CONFIG.stopping_time * scale
-    while time < CONFIG.reaction_time + stop:
-        path += CONFIG.robot_acceleration * dt
-        share = 1.0 if time < CONFIG.reaction_time else 1.0 - (time - CONFIG.reaction_time) / stop
+    reaction, stop = PAR[travel.REACTION] + PAR[travel.ROBOT_AGE], CONFIG.stopping_time * scale
+    while time < reaction + stop:
+        path += CONFIG.robot_acceleration * scale**2 * dt
+        share = 1.0 if time < reaction else 1.0 - (time - reaction) / stop
         way += path * share * dt
         time += dt
     assert way <= total + 1e-4
     if toward > 0.0:
-        assert total <= way + toward * scale * CONFIG.settling_time + 0.02
+        gained = CONFIG.robot_acceleration * reaction
+        assert total <= way + (toward * scale + gained) * CONFIG.settling_time + 0.005
     assert terms[travel.S_R] >= 0.0
     assert terms[travel.S_S] >= 0.0
 
@@ -124,14 +126,55 @@ def prediction(speed: float, sigma: float, last: float, older: float = 0.0) -> t
     return times, mean, covariance, np.full(2, older)
 
 
-def test_a_predicted_person_comes_as_far_as_predicted() -> None:
+def own_way(seconds: float, half_window: float = 0.024) -> float:
+    """How far people go beyond what is predicted, by what they began since they were seen."""
+    return CONFIG.human_acceleration * seconds * (half_window + 0.5 * seconds)
+
+
+def test_a_predicted_person_comes_as_far_as_predicted_and_as_they_may_do_otherwise() -> None:
     terms = np.empty(travel.TERMS)
     who = person(travel.PREDICTED_MODE, 0.0, 0.0, prediction=prediction(0.5, 0.01, 1.0))
     way = travel.human_travel(0.2, *who, PAR, terms)
-    assert way == pytest.approx(0.5 * 0.2 + 3.0 * 0.01)
+    assert way == pytest.approx(0.5 * 0.2 + 3.0 * 0.01 + own_way(0.2))
     # Of an older prediction, later instants count.
     who = person(travel.PREDICTED_MODE, 0.0, 0.0, prediction=prediction(0.5, 0.01, 1.0, 0.1))
-    assert travel.human_travel(0.2, *who, PAR, terms) == pytest.approx(0.5 * 0.3 + 3.0 * 0.01)
+    way = travel.human_travel(0.2, *who, PAR, terms)
+    assert way == pytest.approx(min(0.5 * 0.3 + 3.0 * 0.01 + own_way(0.3), 2.0 * 0.2))
+
+
+def test_a_hand_that_is_predicted_to_rest_may_reach_out_all_the_same() -> None:
+    """Predicted to rest with no spread at all, as who has rested for long: as if that were not known."""
+    terms = np.empty(travel.TERMS)
+    resting = person(travel.PREDICTED_MODE, 0.02, 0.0, prediction=prediction(0.0, 0.0, 1.0))
+    way = travel.human_travel(0.15, *resting, PAR, terms)
+    measured = person(travel.MEASURED_MODE, 0.02, 0.0)
+    by_speed = travel.human_travel(0.15, *measured, PAR, terms)
+    assert way == pytest.approx(own_way(0.17))
+    assert way == pytest.approx(by_speed - CONFIG.speed_error * 0.17)
+
+
+@given(
+    arrays(float, (2, 11), elements=st.floats(-0.1, 0.1)),
+    st.floats(0.0, 0.03),
+    st.floats(0.02, 0.3),
+    st.floats(0.0, 0.1),
+    st.integers(2, 7),
+)
+def test_between_its_instants_a_prediction_goes_straight(
+    places: np.ndarray, sigma: float, seconds: float, older: float, parts: int
+) -> None:
+    """One that says the same at more instants allows the same: hands may turn back in between."""
+    times = np.linspace(0.0, 0.5, 11)
+    finer = np.linspace(0.0, 0.5, 10 * parts + 1)
+    ways = []
+    for instants in (times, finer):
+        mean = np.zeros((2, len(instants), 3))
+        mean[:, :, 0] = [np.interp(instants, times, one) for one in places]
+        covariance = np.tile(sigma**2 * np.eye(3), (2, len(instants), 1, 1))
+        said = (instants, mean, covariance, np.full(2, older))
+        who = person(travel.PREDICTED_MODE, 0.0, 0.0, prediction=said)
+        ways.append(travel.human_travel(seconds, *who, PAR, np.empty(travel.TERMS)))
+    assert ways[0] == pytest.approx(ways[1], abs=1e-9)
 
 
 def test_a_prediction_that_ends_too_early_says_nothing() -> None:
@@ -141,12 +184,14 @@ def test_a_prediction_that_ends_too_early_says_nothing() -> None:
 
 
 def test_whoever_is_seen_to_come_is_not_predicted_to_rest() -> None:
-    """A wrong prediction, or one of a dead predictor, never lets a hand come nearer than it is seen to."""
+    """A wrong prediction, or one of a dead predictor, never lets a hand come nearer than it may."""
     terms = np.empty(travel.TERMS)
     resting = prediction(0.0, 0.001, 1.0)
     coming = person(travel.PREDICTED_MODE, 0.0, 1.5, prediction=resting)
     way = travel.human_travel(0.2, *coming, PAR, terms)
-    assert way == pytest.approx((1.5 + CONFIG.speed_error) * 0.2)
+    assert way == pytest.approx(2.0 * 0.2)  # it speeds up, to what is assumed
+    coming = person(travel.PREDICTED_MODE, 0.0, 0.7, prediction=resting)
+    assert travel.human_travel(0.1, *coming, PAR, terms) == pytest.approx(0.7 * 0.1 + own_way(0.1))
     # Faster than is assumed: as far as that is certain.
     rushing = person(travel.PREDICTED_MODE, 0.0, 3.0, prediction=resting)
     way = travel.human_travel(0.2, *rushing, PAR, terms)

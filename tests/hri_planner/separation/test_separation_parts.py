@@ -47,7 +47,7 @@ def test_what_was_never_seen_is_named() -> None:
 
 
 def test_older_samples_say_nothing() -> None:
-    made = watch((100, ARM), (96, ARM + 0.05), (100, ARM + 0.05))
+    made = watch((100, ARM), (96, ARM + 0.02), (100, ARM + 0.01))
     np.testing.assert_array_equal(made.at(100 * MS)[0].keypoints, ARM)
     assert made.jumps == 0
 

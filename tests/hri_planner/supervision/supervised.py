@@ -51,6 +51,7 @@ class Facts:
     controller_reason: str = ""
     controller_fault: str = ""
     tracked: tuple[str, ...] | None = ("p1",)
+    unlisted: str = ""
     prediction_age: float | None = 0.02
     invalid: str = ""
     speed: float = 0.5
@@ -76,7 +77,12 @@ class Facts:
         if made is not None:
             predictions["p1"] = HeardPerson(made, bool(self.invalid), self.invalid)
         heard = Heard(
-            stamp(self.joints_age), controller, self.controller_fault, self.tracked, predictions
+            stamp(self.joints_age),
+            controller,
+            self.controller_fault,
+            self.tracked,
+            predictions,
+            unlisted=self.unlisted,
         )
         return Seen(
             now_ns,

@@ -161,6 +161,16 @@ def test_no_beginning_at_all_ends_as_blocked() -> None:
     assert run.drops > 3  # it was told to stop, again and again
 
 
+def test_a_node_that_was_not_run_does_not_blame_the_way() -> None:
+    run = Run(SHORT, Facts(on_plan=False))
+    run.go()
+    run.run(0.1)
+    run.now_ns += 20_000_000_000
+    ending = run.end(0.1)
+    assert ending.outcome == Outcome.BLOCKED
+    assert ending.reason.endswith("this node was not run for 20.0 s")
+
+
 @pytest.mark.parametrize(("in_flight", "drops"), [(True, 1), (False, 0)])
 def test_unreachable(in_flight: bool, drops: int) -> None:
     run = moving() if in_flight else Run(facts=Facts(on_plan=False, **REST))

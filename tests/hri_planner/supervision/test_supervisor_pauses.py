@@ -38,6 +38,11 @@ ILL = [
         id="controller never understood",
     ),
     pytest.param({"tracked": None}, "nothing says who is tracked", id="no tracking"),
+    pytest.param(
+        {"tracked": (), "unlisted": "nothing says any longer who is tracked"},
+        "nothing says any longer who is tracked",
+        id="nobody is tracked, as a source said that is silent now",
+    ),
     pytest.param({"prediction_age": None}, "no prediction of p1 yet", id="no prediction"),
     pytest.param(
         {"invalid": "no samples"}, "p1 is invalid: no samples", id="prediction says it is invalid"

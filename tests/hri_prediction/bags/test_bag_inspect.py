@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from hri_prediction.bags import BagWriter, TopicInfo, inspect_bag
+from hri_prediction.bags.condition import clock_time, salvage_command
+from hri_prediction.errors import DataError
 
 NS = 10**9
 
@@ -63,11 +65,95 @@ def test_missing_messages(tmp_path: Path, sequence: list[int], missing: int | No
     assert inspect_bag(tmp_path / "run").topics[0].missing == missing
 
 
+@pytest.mark.parametrize("topic", ["/parameter_events", "/rosout"])
+def test_every_node_counts_its_own_parameters_and_logs(tmp_path: Path, topic: str) -> None:
+    with BagWriter(tmp_path / "run") as writer:
+        channel = writer.add_topic(TopicInfo(topic, "std_msgs/msg/Empty"))
+        for index, number in enumerate([3, 4, 5, 29, 30]):  # the end of one node's, and another's
+            writer.write(channel, b"\x00\x01\x00\x00\x00", index, index, number)
+    report = inspect_bag(tmp_path / "run")
+    assert report.topics[0].missing is None
+    assert report.warnings == ()
+
+
 def test_stamps_of_another_clock_are_not_latencies(tmp_path: Path) -> None:
     with BagWriter(tmp_path / "run") as writer:
         channel = writer.add_topic(TopicInfo("/h", "std_msgs/msg/Header"))
         writer.write(channel, stamped(3 * NS), 1_700_000_000 * NS)
     assert inspect_bag(tmp_path / "run").topics[0].stamp is None
+
+
+def _numbers(folder: Path) -> Path:
+    """A bag of many chunks; its file."""
+    with BagWriter(folder, chunk_bytes=1000) as writer:
+        channel = writer.add_topic(TopicInfo("/a", "std_msgs/msg/UInt64"))
+        for index in range(400):
+            data = b"\x00\x01\x00\x00" + (index * 7919).to_bytes(8, "little")
+            writer.write(channel, data, NS + index * 10**7, sequence=index + 1)
+    return folder / f"{folder.name}_0.mcap"
+
+
+def test_what_is_missing_from_a_file_that_was_not_closed(tmp_path: Path) -> None:
+    file = _numbers(tmp_path / "run")
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+    report = inspect_bag(tmp_path / "run")
+    (condition,) = report.conditions
+    assert (report.closed, report.damage, condition.closed) == (False, "", False)
+    assert condition.read_bytes <= condition.size_bytes == file.stat().st_size
+    assert condition.messages == report.messages
+    assert condition.last_ns == NS + (report.messages - 1) * 10**7
+    said = " | ".join(report.warnings)
+    assert "run_0.mcap was not closed" in said
+    assert f"has no message after {clock_time(condition.last_ns)}" in said
+    assert salvage_command(tmp_path / "run") in said
+    assert report.to_mapping()["conditions"][0]["read_bytes"] == condition.read_bytes
+
+
+def test_a_damaged_bag_is_reported_where_that_is_asked_for(tmp_path: Path) -> None:
+    file = _numbers(tmp_path / "run")
+    content = bytearray(file.read_bytes())
+    place = content.index(b"\x28\xb5\x2f\xfd", len(content) // 3)  # magic of a zstd frame
+    content[place + 20] ^= 0xFF
+    file.write_bytes(content)
+    with pytest.raises(DataError, match=r"is damaged.*run --salvage .*run_salvaged"):
+        inspect_bag(tmp_path / "run")
+    report = inspect_bag(tmp_path / "run", allow_damaged=True)
+    assert report.closed
+    assert "is damaged" in report.damage
+    (condition,) = report.conditions
+    assert condition.damaged_chunks == 1
+    (topic,) = report.topics
+    assert topic.missing == 400 - report.messages > 0
+    said = " | ".join(report.warnings)
+    assert "the messages of 1 of its chunks are lost" in said
+    assert f"/a: {topic.missing} messages are missing" in said
+
+
+def test_a_bag_with_half_a_metadata_file_is_reported(tmp_path: Path) -> None:
+    _numbers(tmp_path / "run")
+    (tmp_path / "run" / "metadata.yaml").write_text("rosbag2_bagfile_information: [")
+    report = inspect_bag(tmp_path / "run", allow_damaged=True)
+    assert (report.closed, report.messages) == (True, 400)
+    assert "metadata.yaml" in report.damage
+    assert report.conditions[0].words() == ()
+
+
+@pytest.mark.parametrize(
+    ("path", "command"),
+    [
+        ("runs/bag", "runs/bag --salvage runs/bag_salvaged"),
+        ("a b", "'a b' --salvage 'a b_salvaged'"),
+        ("x/one.mcap", "x/one.mcap --salvage x/one_salvaged"),
+        ("bag/bag_0.mcap", "bag --salvage bag_salvaged"),
+    ],
+)
+def test_the_command_that_salvages(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, path: str, command: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bag").mkdir()
+    (tmp_path / "bag" / "metadata.yaml").touch()
+    assert salvage_command(Path(path)) == f"scripts/inspect_bag.py {command}"
 
 
 def test_an_empty_bag(tmp_path: Path) -> None:

@@ -102,6 +102,19 @@ def test_a_cut_chunk_gives_what_it_holds(tmp_path: Path) -> None:
     report = salvage(file, out)
     assert report.files["cut_0.mcap"].chunks == 0
     assert report.partial_messages == report.metadata.message_count > 2000
+    found = report.files["cut_0.mcap"]
+    assert found.cut_until_ns == 7999
+    assert found.last_ns == report.partial_messages - 1
+    assert found.cut_bytes > 100 * (8000 - report.partial_messages)
+    said = " | ".join(report.missing)
+    assert f"{report.partial_messages} messages of it were read" in said
+    assert f"{found.cut_bytes:,} bytes of messages up to" in said
+    assert f"of {found.size:,}; the {found.size - found.read:,} behind that are no whole" in said
+    assert BagReader(out).custom_data["not_salvaged"] == "; ".join(report.missing)
+    # Salvaged once more, it still says so.
+    assert salvage(out, tmp_path / "again").missing == ()
+    again = BagReader(tmp_path / "again").custom_data
+    assert again["not_salvaged"] == "; ".join(report.missing)
 
 
 @settings(
@@ -145,7 +158,9 @@ def test_provenance_survives(tmp_path: Path, write_bag) -> None:
         BagReader(tmp_path / "run")
     salvage(tmp_path / "run", tmp_path / "out")
     reader = BagReader(tmp_path / "out")
-    assert reader.custom_data == {"seed": "7", "salvaged_from": "run"}
+    missing = reader.custom_data["not_salvaged"]
+    assert missing.startswith("run_0.mcap was not closed: ")
+    assert reader.custom_data == {"seed": "7", "salvaged_from": "run", "not_salvaged": missing}
     assert [(a.name, a.data) for a in reader.attachments()] == [("notes.txt", b"hello")]
     assert reader.topics["/words"].type_hash.startswith("RIHS01_df668c74")
     assert reader.topics["/numbers"].qos[0].reliability == "best_effort"

@@ -66,7 +66,7 @@ def twelve_reaches() -> list[dict[str, Any]]:
             "q_start_deg": rng.uniform(-20.0, 40.0, 3).tolist(),
             "q_end_deg": rng.uniform(0.0, 80.0, 3).tolist(),
             "alpha": rng.dirichlet([4.0, 4.0, 4.0]).tolist(),
-            "sd": [0.05, 0.05, 0.05],
+            "covariance": (0.05**2 * np.eye(3)).ravel().tolist(),
             "factors": [2.0, 1.0, 3.0],
             "rest_factors": [1.0, 1.0, 2.0],
         }
@@ -91,7 +91,9 @@ def test_weights_are_fitted_to_results(tmp_path, capsys):
         ("alpha", [3.0, -1.0, 0.2], "reach 'reach 3': alpha"),
         ("alpha", [float("nan"), 0.5, 0.5], "reach 'reach 3': alpha"),
         ("alpha", [0.5, 0.5], "lacks or garbles"),
-        ("sd", [-0.1, 0.1, 0.1], "reach 'reach 3': sd"),
+        ("covariance", [-0.1] * 9, "reach 'reach 3': covariance"),
+        ("covariance", [0.1] * 3, "lacks or garbles"),
+        ("covariance", [0.1, 0.2, 0.0] + [0.0] * 6, "reach 'reach 3': covariance"),
         ("rest_factors", [0.0, 1.0, 1.0], "reach 'reach 3': rest_factors"),
     ],
 )

@@ -11,6 +11,7 @@ from hri_prediction.hybrid.fitting import data_of_reaches, fit_process
 from hri_prediction.hybrid.weight_file import load_process, save_process
 from hri_prediction.hybrid.weight_process import (
     LEAST_WEIGHT,
+    PERSON_SD,
     PersonalProcess,
     WeightData,
     WeightProcess,
@@ -23,10 +24,23 @@ from hri_prediction.motor_control.costs import CHAPTER_2, CHAPTER_3
 @given(arrays(float, 4, elements=st.floats(0.02, 1.0)))
 def test_weights_come_back_from_their_logarithms(raw):
     alpha = raw / raw.sum()
-    logs, variance = to_logs(alpha, np.zeros(4), CHAPTER_2)
+    logs, variance = to_logs(alpha, np.zeros((4, 4)), CHAPTER_2)
     if alpha.min() >= LEAST_WEIGHT:
         np.testing.assert_allclose(to_alpha(logs, CHAPTER_2), alpha, atol=1e-12)
     assert (variance > 0.0).all()
+
+
+def test_what_one_weight_has_too_much_the_others_have_too_little(rng):
+    """Errors of weights are not independent: their logarithms scatter as weights drawn with them do."""
+    alpha = np.array([0.3, 0.4, 0.2, 0.1])
+    along = np.array([[0.02, -0.03, 0.0, 0.01], [0.0, 0.005, -0.01, 0.005]])
+    errors = along.T @ along
+    drawn = alpha + rng.standard_normal((20000, 2)) @ along
+    _, variance = to_logs(alpha, errors, CHAPTER_2)
+    of_drawn = np.log(drawn) - np.log(drawn[:, 1:2])
+    np.testing.assert_allclose(variance, np.delete(of_drawn, 1, axis=1).var(axis=0), rtol=0.1)
+    _, of_many = to_logs(np.stack([alpha, alpha]), np.stack([errors, 4.0 * errors]), CHAPTER_2)
+    np.testing.assert_allclose(of_many, [variance, 4.0 * variance])
 
 
 @settings(max_examples=50)
@@ -60,14 +74,14 @@ def test_a_person_is_like_all_people_until_seen(people):
     mean, covariance = people.posterior(0, np.concatenate([q_start, q_end])[None])
     assert guess.logs[0] == pytest.approx(mean[0])
     # What people differ by is a part of what is open.
-    assert guess.logs_sd[0] == pytest.approx(np.sqrt(covariance[0, 0] + 0.25))
+    assert guess.logs_sd[0] == pytest.approx(np.sqrt(covariance[0, 0] + PERSON_SD**2))
 
 
 def test_what_was_seen_of_a_person_counts_most_where_it_was_seen(people):
     q_start, q_end = np.array([0.2, 0.1, 0.3]), np.array([0.1, 1.0, 0.4])
     alpha = np.array([0.1, 0.2, 0.6, 0.1])
     seen = WeightData.of(
-        people.names, q_start[None], q_end[None], alpha[None], 0.002 * np.ones((1, 4))
+        people.names, q_start[None], q_end[None], alpha[None], 0.002**2 * np.eye(4)[None]
     )
     person = PersonalProcess(people, WeightData.none(people.names)).learnt(seen)
     here, before = person.guess(q_start, q_end), people.guess(q_start, q_end)
@@ -156,17 +170,17 @@ def test_fitting_says_what_it_needs():
 
 def test_a_weight_at_the_bound_is_hardly_known():
     """Fisher's information knows nothing of weights that are 0: that they are small is all that is seen."""
-    logs, variance = to_logs([1.0, 0.0, 0.0, 0.0], np.zeros(4), CHAPTER_2)
+    logs, variance = to_logs([1.0, 0.0, 0.0, 0.0], np.zeros((4, 4)), CHAPTER_2)
     assert (variance >= 1.0).all()
     assert np.abs(logs).max() == pytest.approx(np.log(1.0 / LEAST_WEIGHT))
 
 
 def test_the_same_reach_counts_once(people):
     q_start, q_end = np.array([[0.2, 0.1, 0.3]]), np.array([[0.1, 1.0, 0.4]])
-    sd = 0.05 * np.ones((1, 4))
-    first = WeightData.of(people.names, q_start, q_end, [[0.1, 0.2, 0.6, 0.1]], sd)
-    again = WeightData.of(people.names, q_start + 0.05, q_end, [[0.4, 0.2, 0.3, 0.1]], sd)
-    other = WeightData.of(people.names, q_start + 0.5, q_end, [[0.4, 0.2, 0.3, 0.1]], sd)
+    errors = 0.05**2 * np.eye(4)[None]
+    first = WeightData.of(people.names, q_start, q_end, [[0.1, 0.2, 0.6, 0.1]], errors)
+    again = WeightData.of(people.names, q_start + 0.05, q_end, [[0.4, 0.2, 0.3, 0.1]], errors)
+    other = WeightData.of(people.names, q_start + 0.5, q_end, [[0.4, 0.2, 0.3, 0.1]], errors)
     person = PersonalProcess(people, WeightData.none(people.names)).learnt(first).learnt(other)
     assert len(person.own) == 2
     person = person.learnt(again)

@@ -1,5 +1,6 @@
 """The client against a stand-in for QTM over loopback: streams, silence, breaks, refusals."""
 
+import struct
 import sys
 import time
 
@@ -10,7 +11,14 @@ from hri_prediction.errors import ConfigError
 from hri_prediction.live import qtm_client
 from hri_prediction.live.arm_stream import MarkerLayout
 from hri_prediction.live.qtm_client import QtmClient, load_qtm_rt
-from hri_prediction.live.qtm_server import SETTINGS_CHANGED, SHUTTING_DOWN, QtmServer
+from hri_prediction.live.qtm_server import (
+    DATA,
+    EVENT,
+    SETTINGS_CHANGED,
+    SHUTTING_DOWN,
+    QtmServer,
+    packet,
+)
 
 pytest.importorskip("qtm_rt")
 
@@ -178,9 +186,43 @@ def test_other_programs_are_not_taken_for_qtm(connect):
     with socketserver.ThreadingTCPServer(("127.0.0.1", 0), Web) as web:
         threading.Thread(target=web.serve_forever, daemon=True).start()
         client = connect(web.server_address[1])
-        wait(lambda: "does not answer" in client.problem, "it is told")
+        wait(
+            lambda: "is not QTM's protocol: a packet of 1347703880 bytes" in client.problem,
+            "it is told",
+        )
         client.close()
         web.shutdown()
+
+
+@pytest.mark.parametrize(
+    ("sent", "said"),
+    [
+        (bytes(8), "a packet of 0 bytes"),
+        (struct.pack("<II", 4, DATA), "a packet of 4 bytes"),
+        (packet(77, b""), "a packet of 8 bytes and type 77"),
+        (packet(EVENT, b""), "an event of 0 bytes"),
+        (packet(EVENT, b"\x63"), "ValueError: 99 is not a valid QRTEvent"),
+        (packet(DATA, b"abc"), "a frame of 3 bytes"),
+        (packet(DATA, struct.pack("<qIIII", 0, 1, 2**32 - 1, 0, 1)), "a component of 0 bytes"),
+        (packet(DATA, struct.pack("<qIIII", 0, 1, 1, 9, 1)), "a component of 9 bytes"),
+        (packet(DATA, struct.pack("<qIIIIIhh", 0, 1, 1, 16, 1, 2**32 - 1, 0, 0)), "error"),
+    ],
+)
+def test_what_is_no_packet_ends_the_connection_and_nothing_else(
+    server, connect, sent, said, caplog
+):
+    """Sizes of 0 among them, which would keep the client in a loop for ever."""
+    client = connect(retry_s=0.3)
+    frames(client, 3)
+    server.measuring = False
+    time.sleep(0.05)  # what is on its way
+    server._clients[-1].sendall(sent)
+    wait(lambda: f"what comes is not QTM's protocol: {said}" in client.problem, "it is told")
+    server.measuring = True
+    client.take()
+    frames(client, 3)
+    assert client.connections == 2
+    assert "Traceback" not in caplog.text
 
 
 def fail_once(function):

@@ -1,5 +1,7 @@
 """Inverse optimal control: weights found again, against a search without derivatives; how surely; a law."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from drawn import observed, problem
@@ -98,6 +100,48 @@ def test_nothing_is_known_of_what_does_not_show(solver):
     seen = observed(solver, problem(6), np.array([0.0, 1.0, 0.0, 0.0]))
     sure = certainty(explain(solver, seen), seen)
     assert (sure.sd <= 1.0).all()
+
+
+def test_a_weight_that_is_found_to_be_0_may_be_more(solver, rng):
+    """Where the true one is small it often comes out as 0: how far off that is, is told all the same."""
+    truth = np.array([0.48, 0.5, 0.01, 0.01])
+    seen = observed(solver, problem(6), truth)
+    off, told = [], []
+    for _ in range(25):
+        noisy = replace(seen, hand=seen.hand + rng.normal(0.0, 3e-3, seen.hand.shape))
+        one = explain(solver, noisy, start=truth)
+        sure = certainty(one, noisy)
+        at_bound = one.alpha < 1e-6
+        np.testing.assert_allclose(sure.covariance.sum(axis=0), 0.0, atol=1e-9)
+        assert (sure.sd > 0.0).all()
+        off += (truth - one.alpha)[at_bound].tolist()
+        told += sure.sd[at_bound].tolist()
+    assert len(off) >= 10
+    assert np.mean(np.array(off) < 2.0 * np.array(told)) > 0.9
+
+
+def test_a_tiny_weight_that_has_to_give_way_is_in_nobodys_way(solver):
+    """It gets to 0 at once, and the one that rises goes on at the cost of the others."""
+    seen = observed(solver, problem(6), np.array([0.6, 0.4, 0.0, 0.0]))
+    one = explain(solver, seen)
+    slopes = one.jacobian.copy()
+    slopes[..., 3] = slopes[..., 2] + 0.01 * (slopes[..., 0] - slopes[..., 1])
+    rises = []
+    for tiny in (0.0, 1e-5, 1e-4):
+        alpha = np.array([0.6, 0.4 - tiny, tiny, 0.0])
+        changed = replace(one, alpha=alpha, jacobian=slopes, path=seen.hand)
+        rises.append(certainty(changed, seen, noise_m=1e-3).sd[3])
+    assert rises[0] > 1e-3
+    np.testing.assert_allclose(rises, rises[0], rtol=0.1)
+
+
+def test_no_more_is_given_to_a_weight_than_others_have(solver):
+    """At a corner of the simplex, too: what the others may be is what the one has less."""
+    seen = observed(solver, problem(6), np.array([0.0, 1.0, 0.0, 0.0]))
+    found = explain(solver, seen)
+    sure = certainty(found, seen, noise_m=10.0)
+    assert (sure.sd <= 1.0).all()
+    assert sure.sd[found.alpha < 1e-6].min() > 0.1  # next to so much noise nothing is known
 
 
 @given(

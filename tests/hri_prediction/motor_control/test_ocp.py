@@ -7,16 +7,12 @@ import pytest
 from drawn import optimum, problem, state
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pieces import costs_of, pieces
 from scipy.linalg import cho_factor, cho_solve
 
 from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.motor_control.arm_model import ArmModel, JointLimits
-from hri_prediction.motor_control.assembly import (
-    BAND,
-    cost_gradients,
-    cost_integrals,
-    derivatives,
-)
+from hri_prediction.motor_control.assembly import BAND
 from hri_prediction.motor_control.convention import CONVENTIONS
 from hri_prediction.motor_control.costs import (
     CHAPTER_2,
@@ -35,31 +31,6 @@ from hri_prediction.motor_control.scaling import RANGE, scaling_of
 from hri_prediction.motor_control.spline import basis_at, spline_table
 
 PHASES = np.linspace(0.0, 1.0, 61)
-
-
-def pieces(solver, task, coefficients, weights):
-    """Costs, gradient and Hessian by the unknowns, and the gradients of all costs."""
-    low, high = solver.unknown_rows(task)
-    size = 3 * (high - low)
-    costs, gradient, hessian = np.empty(7), np.empty(size), np.empty((size, size))
-    every = np.empty((7, size))
-    table = solver.table
-    fixed = (table.values, table.first, table.weights, task.duration, solver.arm.parameters)
-    smoothing = (solver.smoothing.power, solver.smoothing.speed)
-    derivatives(
-        solver._graph, coefficients, *fixed, weights, *smoothing, low, costs, gradient, hessian
-    )
-    cost_gradients(solver._graph, coefficients, *fixed, *smoothing, low, every)
-    return costs, gradient, np.tril(hessian) + np.tril(hessian, -1).T, every
-
-
-def costs_of(solver, task, coefficients):
-    table, found = solver.table, np.empty(7)
-    cost_integrals(
-        int(solver._graph[0]), coefficients, table.values, table.first, table.weights, task.duration,
-        solver.arm.parameters, solver.smoothing.power, solver.smoothing.speed, found,
-    )  # fmt: skip
-    return found
 
 
 @pytest.mark.parametrize("convention", CONVENTIONS)
@@ -242,11 +213,23 @@ def test_multiple_shooting_finds_the_same(arm, solver, rng):
         )
     with pytest.raises(DataError, match="at least one more than 0"):
         reference.solve(problem(4), np.zeros(7))
-    with pytest.raises(DataError, match="at rest"):
-        reference.solve(
-            ReachProblem.moving([0.0, 0.0, 0.5], [0.0, 1.0, 0.5], 1.0, np.ones(3), np.zeros(3)),
-            np.ones(7),
-        )
+    with pytest.raises(DataError, match="begins with q1"):
+        reference.solve(ReachProblem.at_rest([9.0, 0.0, 0.5], [0.0, 1.0, 0.5], 1.0), np.ones(7))
+
+
+def test_multiple_shooting_finds_the_same_of_a_part_of_a_motion(arm, solver, rng):
+    """Cut out of it where the hand is slow: velocities are given, accelerations are the optimum's."""
+    reference = MultipleShooting(arm, 30)
+    for number in (4, 60):
+        whole, _ = optimum(solver, problem(number), rng.dirichlet(np.full(4, 3.0)))
+        (q0, q1), (v0, v1) = (whole.angles(np.array([0.1, 0.9]), order) for order in (0, 1))
+        task = ReachProblem.moving(q0, q1, 0.8 * whole.duration, v0, v1)
+        motion, weights = optimum(solver, task, rng.dirichlet(np.full(4, 3.0)))
+        other = reference.solve(task, weights)
+        assert other.converged, other.status
+        np.testing.assert_allclose(other.velocities[[0, -1]], [v0, v1], atol=1e-6)
+        apart = reference.hand(other) - motion.hand(np.linspace(0.0, 1.0, 31), arm)
+        assert np.linalg.norm(apart, axis=1).max() < 5e-4
 
 
 def test_scaling_brings_costs_to_one_range(solver):

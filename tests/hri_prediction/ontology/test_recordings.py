@@ -51,6 +51,7 @@ def test_sessions_are_read_as_they_are_written(tmp_path: Path) -> None:
             "unknown 'sight'; expected bag, case",
         ),
         ("sessions: [{bag: a, case: 1, subject: x, bodies: [p]}]", "two different ids"),
+        ("sessions: [{bag: a, case: 1, subject: x, bodies: [[], p]}]", "two different ids"),
         ("sessions: [{bag: a, case: 1, subject: x, side: up}]", "left or right"),
     ],
 )

@@ -126,8 +126,9 @@ def test_rates_ages_and_latencies(rig: Rig) -> None:
     }
     assert figures["age_s /stream"] == "1.040"
     assert figures["age_s /plain"] == "1.000"  # since the receipt: it has no stamp
-    assert figures["age_s /latched"] == "1.100"
+    assert figures["age_s /latched"] == "1.000"  # its stamp may be of long ago
     assert figures["age_s /command"] == "1.000"  # its stamp says when it is to take effect
+    assert (first["up_s"], figures["up_s"]) == ("0.000", "1.000")
     assert figures["period_ms"] == "10"
     assert (figures["received /stream"], figures["sent /out"]) == ("4", "2")
 
@@ -165,6 +166,19 @@ def test_faults_are_told_by_their_keys(rig: Rig) -> None:
     level, text, figures = rig.tell(BEGIN + 20 * NANO)
     assert (level, text) == (OK, "well")
     assert not [key for key in figures if key.startswith("fault")]
+
+
+def test_the_level_of_this_moment_is_without_faults_that_are_over(rig: Rig) -> None:
+    rig.tell(BEGIN)
+    rig.node.fault("joints", "joint a is missing")
+    told = [rig.tell(BEGIN + after_ms * MS) for after_ms in (900, 2000, 5100)]
+    assert [(level, figures["level_now"]) for level, _, figures in told] == [
+        (WARN, "1"),
+        (WARN, "0"),
+        (OK, "0"),
+    ]
+    rig.node.level = ERROR
+    assert rig.tell(BEGIN + 7000 * MS)[2]["level_now"] == "2"
 
 
 def test_a_new_fault_is_told_at_once_but_not_every_tick(rig: Rig) -> None:

@@ -199,3 +199,20 @@ def test_the_work_of_a_service_is_no_standstill(rig: Rig) -> None:
     rig.until(lambda: node.ticks > ticks + 3)
     assert answer.result().success
     assert not held_up(node)
+
+
+def test_how_long_ago_the_time_was_read(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also when the node is held up right after it; in lock-step time stands still."""
+    found: list[float] = []
+    for node in (rig.listener(period_s=10.0), rig.listener(lockstep_ns=1)):
+
+        def late(node: Listener = node, now_ns: Callable[[], int] = node.now_ns) -> int:
+            read = now_ns()
+            time.sleep(0.02)
+            return read
+
+        monkeypatch.setattr(node, "now_ns", late)
+        monkeypatch.setattr(node, "on_tick", lambda now_ns, node=node: found.append(node.held_s()))
+        node.tick()
+    assert 0.02 <= found[0] < 5.0
+    assert found[1] == 0.0

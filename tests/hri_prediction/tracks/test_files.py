@@ -152,3 +152,22 @@ def test_saving_refuses_what_cannot_be_kept(tmp_path):
         save_tracks(tmp_path / "a.txt", [make_track()])
     with pytest.raises(DataError, match="cannot write"):
         save_tracks(tmp_path / "no" / "a.npz", [make_track()])
+
+
+@pytest.mark.parametrize("name", ["a.npz", "a.csv"])
+def test_what_was_saved_before_is_kept_until_the_new_is_whole(tmp_path, monkeypatch, name):
+    path = tmp_path / name
+    save_tracks(path, [make_track()])
+    before = path.read_bytes()
+
+    def full(part, *_, **__):
+        with open(part, "wb") as file:
+            file.write(b"half")
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(np, "savez", full)
+    monkeypatch.setattr(type(path), "write_text", full)
+    with pytest.raises(DataError, match="No space left"):
+        save_tracks(path, [make_track()])
+    assert path.read_bytes() == before
+    assert [one.name for one in tmp_path.iterdir()] == [name]

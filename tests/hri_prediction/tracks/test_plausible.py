@@ -11,8 +11,8 @@ from hri_prediction.errors import DataError
 from hri_prediction.prediction import training
 from hri_prediction.prediction.cli import train_main
 from hri_prediction.tracks.files import load_tracks, save_tracks
-from hri_prediction.tracks.plausible import check_arm
-from hri_prediction.tracks.track import ArmTrack
+from hri_prediction.tracks.plausible import check_arm, check_sample
+from hri_prediction.tracks.track import ArmSample, ArmTrack
 
 ARM = np.array([[0.0, 0.0, 0.4], [0.0, 0.0, 0.11], [-0.25, 0.0, 0.11], [-0.34, 0.0, 0.11]])
 
@@ -70,3 +70,26 @@ def test_training_refuses_them(
     (tmp_path / "bag").mkdir()
     with pytest.raises(DataError, match="upper arm"):
         training.read_tracks(tmp_path / "bag")
+
+
+def _sample(points: np.ndarray) -> ArmSample:
+    return ArmSample(0, points, np.isfinite(points).all(axis=1), "right")
+
+
+def test_a_single_sample_of_an_arm() -> None:
+    arm = np.array([[0.0, 0.0, 0.0], [0.3, 0.0, 0.0], [0.3, 0.26, 0.0], [0.3, 0.35, 0.0]])
+    check_sample(_sample(arm), "ann")
+    for hidden in range(4):
+        seen = arm.copy()
+        seen[hidden] = np.nan
+        check_sample(_sample(seen), "ann")
+    for factor, words in ((1000.0, "upper arm of ann is 300 m"), (0.1, "upper arm of ann is 0.03")):
+        with pytest.raises(DataError, match=words):
+            check_sample(_sample(factor * arm), "ann")
+    far = arm.copy()
+    far[0] = np.nan
+    far[3] += 90.0
+    with pytest.raises(DataError, match=r"right hand of ann is .* m long; expected 0 to 0.3 m"):
+        check_sample(_sample(far), "ann")
+    far[1] = far[2] = np.nan  # a hand alone
+    check_sample(_sample(far), "ann")

@@ -4,20 +4,28 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from hri_sim.faults.capture import CAPTURE, MONITORS
+from hri_sim.faults.capture import CAPTURE, GRAPHS
 from hri_sim.faults.catalogue import FAULTS
-from hri_sim.faults.damaged import TOGETHER, same
 from hri_sim.faults.disturbances import DISTURBANCES, clock_graph, reset_graph
+from hri_sim.faults.models import TOGETHER
 from hri_sim.reliability.fault import PROCESSES, Fault, Place, Result
 
 QUICK = [fault for fault in FAULTS if fault.kind != PROCESSES]
 
 
-OTHER_GRAPHS = {"clock_back": (3, 6), "clock_ahead": (3, 6), "reset": (2, 4, 6)}
-"""Repetitions with a policy, or with a monitor; of lines that are not here the second has a monitor."""
+OTHER_GRAPHS = {
+    "clock_back": (3, 6),
+    "clock_ahead": (3, 6),
+    "reset": (10, 4, 6),
+    "two_bodies": (3, 6),
+    "wrong_units": (1, 2, 3, 4),
+}
+"""Repetitions with a policy, or with a monitor; of lines that are not here the second has a monitor, and of
+motion capture the third a policy. Some repetitions with a monitor miss the table's bar on touches (in the
+second one of `reset` the robot, which creeps, comes at a hand that it touches with 3 cm/s):
+docs/separation.md says why, and how many."""
 
 
 def test_repetitions_have_other_graphs() -> None:
@@ -27,8 +35,9 @@ def test_repetitions_have_other_graphs() -> None:
         ("policy", "off"),
         ("policy", "measured"),
     ]
-    assert MONITORS[1] == "measured"
-    assert {*OTHER_GRAPHS} <= {fault.name for fault in DISTURBANCES}
+    assert GRAPHS[1:3] == (("ptomp", "measured"), ("policy", "off"))
+    assert len(set(GRAPHS)) == len(GRAPHS) == 5
+    assert {*OTHER_GRAPHS} <= {fault.name for fault in (*CAPTURE, *DISTURBANCES)}
 
 
 @pytest.fixture(scope="session")
@@ -47,7 +56,7 @@ def test_a_line(fault: Fault, tmp_path: Path, keep: Path) -> None:
     [
         (fault, seed)
         for fault in (*CAPTURE, *DISTURBANCES)
-        for seed in OTHER_GRAPHS.get(fault.name, (1,))
+        for seed in OTHER_GRAPHS.get(fault.name, (1, 2) if fault in CAPTURE else (1,))
         if not fault.name.startswith(("death_", "overload"))
     ],
     ids=lambda value: getattr(value, "name", value),
@@ -61,7 +70,7 @@ def check(fault: Fault, seed: int, tmp_path: Path, keep: Path) -> None:
     (trial,) = result.trials
     assert set(trial.figures) <= {figure.key for figure in fault.figures}
     assert result.met, "\n".join(result.misses())
-    if fault.name.endswith("_models"):
+    if fault.name.endswith("_models") and fault.name != "wrong_models":
         assert 0 < (trial.figures["refused"] or 0.0) <= TOGETHER
 
 
@@ -77,10 +86,4 @@ def test_same_repetition_same_figures(tmp_path: Path, keep: Path) -> None:
     found = [
         list(fault.measure([0], Place(tmp_path / name, keep, smoke=True))) for name in ("a", "b")
     ]
-    assert found[0][0].figures["step_rad"] == found[1][0].figures["step_rad"]
-
-
-def test_what_is_the_same() -> None:
-    assert same({"a": [np.array([1.0, np.nan])]}, {"a": [np.array([1.0, np.nan])]})
-    assert not same({"a": [np.array([1.0])]}, {"a": [np.array([2.0])]})
-    assert not same(1, 1.0)
+    assert found[0][0].figures["jump_rad"] == found[1][0].figures["jump_rad"]

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hri_sim.faults.own_motion import REST, OwnMotion, own_motion
+from hri_sim.faults.own_motion import REST, SETTLE_S, OwnMotion, own_motion
 
 STEP_S = 0.004
 SPEED = 0.01
@@ -52,6 +53,23 @@ def test_a_robot_that_swings_back_when_it_is_let_go_of_is_still_pushed() -> None
     joints[20:24], joints[27:30] = [0.05] * 4, [0.03] * 3
     touches[20:22] = [1] * 2
     assert judged(joints, STOP, touches).rest_s == 10 * STEP_S
+
+
+def test_a_robot_that_is_pushed_while_it_stops_rests_when_its_reference_has_settled() -> None:
+    joints, touches = [1.0] * 10 + [0.3] * 40, [0] * 8 + [1] * 42
+    found = judged(joints, STOP, touches)
+    assert not found.moves
+    assert found.rest_s == pytest.approx(10 * STEP_S + SETTLE_S, abs=1.5 * STEP_S)
+    assert found.touched_moving >= 2  # those before it rested count
+    assert found.touched_moving + found.touched_at_rest == 42
+    # Joints that move by themselves, and those of a robot of whose reference nobody tells, move.
+    assert judged(joints, STOP, [0] * 50).moves
+    assert own_motion(
+        [(n * STEP_S, value) for n, value in enumerate(joints)],
+        [],
+        [(n * STEP_S, float(count), 0.0) for n, count in enumerate(touches)],
+        moving=True,
+    ).moves
 
 
 def test_a_touch_long_ago_is_no_excuse() -> None:

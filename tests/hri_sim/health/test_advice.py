@@ -131,6 +131,10 @@ def test_every_health_that_is_not_well_has_an_advice(path: Path, text: str) -> N
     )
 
 
+GONE = "nothing says any longer who is tracked"
+LOST = "a source no longer says who is tracked (it listed nobody)"
+
+
 def heard(**others: object) -> Heard:
     base = {"joints_ns": 10 * NANO, "controller": Controller(10 * NANO), "tracked": ("ann",)}
     return Heard(**{**base, **others})  # type: ignore[arg-type]
@@ -144,6 +148,8 @@ def heard(**others: object) -> Heard:
         (heard(joints_ns=11 * NANO), "one time server"),
         (heard(controller=Controller(9 * NANO)), "has died, hangs or is late"),
         (heard(tracked=None), "Start a source of people"),
+        (heard(tracked=(), unlisted=GONE), "What said who is tracked"),
+        (heard(tracked=(), unlisted=LOST), "One of several sources"),
         (heard(), "Start the predictor"),
         (heard(what="arm"), "Start a source of people"),
         (heard(people={"ann": HeardPerson(10 * NANO, True, "markers swapped")}), "predictor's row"),

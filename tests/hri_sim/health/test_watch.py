@@ -4,6 +4,11 @@ from __future__ import annotations
 
 import io
 import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -14,6 +19,7 @@ from hri_sim.health.advice_table import (
     ABSENT,
     COMPILED,
     DROPS,
+    FROZEN,
     GONE,
     MISSES,
     SILENT,
@@ -24,6 +30,7 @@ from hri_sim.health.advice_table import (
     UNHEARD,
 )
 from hri_sim.health.figures import ERROR, OK, STALE, WARN, NodeStatus, figures_of
+from hri_sim.health.processes import StoppedNode, node_of, stopped_nodes
 from hri_sim.health.screen import screen, to_mapping
 from hri_sim.health.watch import Row, Watch, all_gone, exit_code
 
@@ -60,6 +67,15 @@ def test_a_node_that_is_well() -> None:
     shown = text_of([row])
     assert "250 Hz, 15 ms" in shown
     assert "what to do" not in shown
+
+
+@pytest.mark.parametrize(
+    ("scale", "words"), [("1.000", "full speed"), ("0.430", "slowed 0.43"), ("0.000", "stopped")]
+)
+def test_a_monitor_says_how_fast_the_robot_may_be(scale: str, words: str) -> None:
+    figures = {"speed_scale": scale, "protective_distance_m": "0.500"}
+    (row,) = watch(status("/separation_monitor", **figures)).rows(0.0)
+    assert row.says == f"{words} · well"
 
 
 def test_faults_and_words_get_their_advice() -> None:
@@ -165,6 +181,65 @@ def test_a_node_that_has_not_spoken_yet() -> None:
     made.look(["/predictor", "/ptomp", "/lwr"], 3.0)
     made.hear(status(), 6.0)
     assert "/ptomp" in [row.name for row in made.rows(6.0)]
+
+
+def test_a_stopped_process_has_a_row_whatever_the_graph_knows() -> None:
+    stopped = [StoppedNode("ptomp", 42)]
+    # Frozen before it was ever heard.
+    made = watch(status())
+    made.look_at_processes(stopped)
+    rows = {row.name: row for row in made.rows(0.5)}
+    assert rows["/predictor"].level == OK
+    assert (rows["/ptomp"].level, keys(rows["/ptomp"])) == (STALE, [FROZEN])
+    assert rows["/ptomp"].says == "its process 42 is stopped"
+    assert "kill -CONT" in text_of(made.rows(0.5))
+    # Silent, and dropped by the graph: neither gone nor merely silent.
+    made = watch(status(), status("/cell/ptomp"))
+    made.look_at_processes(stopped)
+    for present, at_s in ((["/predictor", "/cell/ptomp"], 5.0), (["/predictor"], 30.0)):
+        made.look(present, at_s)
+        made.hear(status(), at_s)
+        rows = {row.name: row for row in made.rows(at_s)}
+        assert set(rows) == {"/predictor", "/cell/ptomp"}
+        assert keys(rows["/cell/ptomp"]) == [FROZEN]
+    # Who is looked for is not absent, and others are not looked at.
+    made = watch(names=("ptomp",))
+    made.look_at_processes([*stopped, StoppedNode("person", 43)])
+    assert [(row.name, keys(row)) for row in made.rows(0.5)] == [("/ptomp", [FROZEN])]
+
+
+@pytest.mark.parametrize(
+    ("command", "name"),
+    [
+        (["/e/.venv/bin/python", "/e/.venv/lib/hri_planner/ptomp", "--ros-args"], "ptomp"),
+        (["/ws/install/hri_sim/lib/hri_sim/simulator"], "simulator"),
+        (["/usr/bin/python3", "ptomp"], ""),
+        (["vi", "/ws/src/hri_planner/ptomp"], ""),
+        ([], ""),
+    ],
+)
+def test_command_lines_of_nodes(command: list[str], name: str) -> None:
+    assert node_of(command) == name
+
+
+def test_stopped_nodes_of_the_own_domain_are_found(tmp_path: Path) -> None:
+    node = tmp_path / "lib" / "hri_sim" / "sleeper"
+    node.parent.mkdir(parents=True)
+    node.write_text("import time\ntime.sleep(60)\n")
+    process = subprocess.Popen([sys.executable, str(node)], env={"ROS_DOMAIN_ID": "77"})
+    try:
+        assert stopped_nodes({"ROS_DOMAIN_ID": "77"}) == []
+        process.send_signal(signal.SIGSTOP)
+        for _ in range(200):
+            found = stopped_nodes({"ROS_DOMAIN_ID": "77"})
+            if found:
+                break
+            time.sleep(0.05)
+        assert found == [StoppedNode("sleeper", process.pid)]
+        assert stopped_nodes({}) == []
+    finally:
+        process.kill()
+        process.wait()
 
 
 def test_names_that_are_wanted() -> None:

@@ -27,12 +27,11 @@ def people(count: int) -> tuple[list[Repeated], dict[tuple[str, str], Why | str]
         target = sorted(subject.habits)[0]
         reaches = tuple(subject.reach(target, rng, VARIABILITY_M) for _ in range(2))
         assert len(reaches[0].values) == POINTS
-        tip = np.median([reach.end_tip - reach.shoulder for reach in reaches], axis=0)
-        repeated.append(Repeated(f"P{index} right", target, reaches, tip))
+        repeated.append(Repeated(f"P{index} right", target, reaches))
         alpha = rng.dirichlet(np.ones(len(NAMES)))
         sd = np.full(len(NAMES), 0.1)
         ends = rng.uniform(-0.5, 0.5, (2, 1, 3))
-        data = WeightData.of(NAMES, ends[0], ends[1], alpha[None], sd[None])
+        data = WeightData.of(NAMES, ends[0], ends[1], alpha[None], np.diag(sd**2)[None])
         whys[repeated[-1].person, target] = Why(target, alpha, sd, 0.02, 0.01, data)
     return repeated, whys
 

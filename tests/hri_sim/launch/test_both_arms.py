@@ -20,6 +20,7 @@ from hri_prediction.ros.time import to_time
 from hri_sim.launch.coverage import prediction_coverage
 from hri_sim.launch.leading import Leading
 from hri_sim.launch.record import read_run
+from hri_sim.launch.run_bags import RunBags
 from hri_sim.launch.separation import OFF, separation_specs
 from hri_sim.scenario.schema import Scenario
 from hri_sim.scenario.shipped import load_shipped
@@ -124,7 +125,7 @@ def stamped(message: Any, stamp_ns: int) -> Any:
 
 
 def read(bag: Path, scenario: Scenario) -> Any:
-    return read_run(bag, scenario, [], sensor_delay_s=0.0, title="").record
+    return read_run(RunBags.of([bag]), scenario, [], sensor_delay_s=0.0, title="").record
 
 
 def test_a_record_has_a_row_for_each_arm(bag: Path, whole: Scenario, scenario: Scenario) -> None:

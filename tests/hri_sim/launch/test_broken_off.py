@@ -12,7 +12,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, ClassVar
 
 import pytest
 import typer
@@ -59,6 +59,7 @@ class _Dying:
     begun = True
     insisted: tuple[int, ...] = ()
     reports: tuple[Any, ...] = ()
+    stopped_s: ClassVar[dict[str, float]] = {}
 
     def __init__(self, *arguments: object, **options: object) -> None:
         self.close = self.check_alone = self.wait_ready = self.break_off = lambda *a: None
@@ -102,7 +103,9 @@ def test_ctrl_c_again_loses_no_summary(
     before = signal.getsignal(signal.SIGINT)
     monkeypatch.setattr(run, "Supervisor", _Insisted)
     monkeypatch.setattr(run, "Conductor", conductor)
-    monkeypatch.setattr(run, "CpuMeter", lambda pids: SimpleNamespace(cores=lambda: 0.0))
+    monkeypatch.setattr(
+        run, "CpuMeter", lambda pids: SimpleNamespace(cores=lambda: 0.0, host_share=lambda: 0.0)
+    )
     with pytest.raises(KeyboardInterrupt):
         run_graph(RunOptions(out=tmp_path / "run", reaches=1), console)
     assert _Insisted.hurried == (0, 1, 2)
@@ -189,7 +192,10 @@ def test_messages_that_are_missing_are_said(
 ) -> None:
     monkeypatch.setattr(run, "Supervisor", _NoNodes)
     monkeypatch.setattr(run, "Conductor", _Dying)
-    monkeypatch.setattr(run, "read_run", lambda *a, **o: SimpleNamespace(lost_messages=7))
+    lost = ["7 messages were sent and are not in bag"]
+    bags = SimpleNamespace(unread_words=list, lost_words=lambda: lost)
+    monkeypatch.setattr(run, "RunBags", SimpleNamespace(of=lambda bags_there: bags))
+    monkeypatch.setattr(run, "read_run", lambda *a, **o: None)
     monkeypatch.setattr(run, "summarise", lambda *a, **o: {"outcome": "interrupted"})
     monkeypatch.setattr(run, "print_table", lambda *a: None)
     with pytest.raises(NodeDeath):

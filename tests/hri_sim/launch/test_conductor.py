@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import signal
+import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 import rclpy
+from diagnostic_msgs.msg import DiagnosticStatus
 
 from hri_prediction.ros.messages import SimState
 from hri_sim.launch.conductor import Conductor
+from hri_sim.launch.deaths import RESTART
 from hri_sim.launch.held_signals import EndingSignals, HeldSignals
-from hri_sim.launch.supervisor import Supervisor
+from hri_sim.launch.supervisor import NodeSpec, Supervisor
 from hri_sim.launch.vital import vital_topics
 from hri_sim.scenario.shipped import load_shipped
 
@@ -50,6 +54,49 @@ def test_a_recording_needs_the_person_in_the_namespace_used(conductor: Conductor
     }
     nobody = SCENARIO.model_copy(update={"persons": ()})
     assert not [topic for topic in vital_topics(nobody) if "bodies" in topic]
+
+
+def test_a_node_that_died_is_waited_for_before_it_is_started_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is started a while after its death: meanwhile there is no process that could be missing."""
+    path = tmp_path / "lib" / "cell" / "node"
+    path.parent.mkdir(parents=True)
+    path.write_text(f"#!{sys.executable}\nimport time\ntime.sleep(60)\n")
+    path.chmod(0o755)
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
+    well = DiagnosticStatus(hardware_id="needed", level=DiagnosticStatus.OK)
+    with Supervisor(tmp_path / "run") as nodes:
+        made = Conductor(SCENARIO, nodes, lambda text: None, lambda text: None, on_death=RESTART)
+        try:
+            nodes.start([NodeSpec("cell", "node", name="needed")])
+            made._begun = True
+            made._health.take([well], time.monotonic(), begun=True)
+            monkeypatch.setattr(made, "_client", ReadyClient())
+            nodes.kill("needed")
+            while not made._deaths.again:
+                made._look()
+
+            def say(text: str) -> None:
+                if "needed" in nodes.pids:
+                    made._health.take([well], time.monotonic(), begun=True)
+
+            monkeypatch.setattr(made, "_say", say)
+            made._wait_for_the_dead()
+            assert "needed" in nodes.pids
+            assert not made._deaths.due
+        finally:
+            made.close()
+
+
+class ReadyClient:
+    """An action client whose server is there."""
+
+    def server_is_ready(self) -> bool:
+        return True
+
+    def destroy(self) -> None:
+        pass
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

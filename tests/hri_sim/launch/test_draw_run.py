@@ -11,12 +11,14 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 from typer.testing import CliRunner
 
-from hri_prediction.bags import BagReader, BagWriter, TopicInfo
+from hri_prediction.bags import BagReader, BagWriter, TopicInfo, salvage
+from hri_prediction.errors import DataError
 from hri_prediction.ros.conversions import message_from_sample
 from hri_prediction.ros.messages import ControllerState, Cue, PlannerStatus, SimState
 from hri_prediction.ros.time import NANO, to_time
 from hri_prediction.tracks.track import ArmSample
 from hri_sim.launch import draw
+from hri_sim.launch.run_bags import RunBags
 from hri_sim.scenario.schema import save_scenario
 from hri_sim.scenario.shipped import load_shipped
 
@@ -80,7 +82,9 @@ def run(tmp_path: Path) -> Path:
 
 
 def test_the_record_of_an_earlier_run(run: Path) -> None:
-    record = draw.earlier_run(run)
+    earlier = draw.earlier_run(run)
+    assert earlier.missing == ("2 of 3 reaches begin in what was recorded",)
+    record = earlier.record
     assert record.title == "table_reach · ptomp · seed 7"
     assert [mark.label for mark in record.reaches] == ["reach 1", "reach 2: interrupted"]
     assert [mark.start_s for mark in record.reaches] == pytest.approx(CUES_S)
@@ -92,7 +96,7 @@ def test_the_record_of_an_earlier_run(run: Path) -> None:
 
 def test_without_a_summary_or_a_cue(run: Path) -> None:
     (run / "summary.json").unlink()
-    record = draw.earlier_run(run)
+    record = draw.earlier_run(run).record
     assert [mark.label for mark in record.reaches] == [
         f"reach {number}: {draw.UNKNOWN}" for number in (1, 2)
     ]
@@ -101,7 +105,52 @@ def test_without_a_summary_or_a_cue(run: Path) -> None:
         channels = {name: writer.add_topic(info) for name, info in reader.topics.items()}
         for m in reader.messages(set(reader.topics) - {"/sim/cue"}):
             writer.write(channels[m.topic], m.data, m.log_time_ns, m.publish_time_ns)
-    assert draw.reports_of(BagReader(run / "cut"), []) == []
+    assert draw.reports_of(RunBags.of([run / "cut"]), []) == []
+
+
+def test_a_bag_that_is_not_whole_is_drawn_as_far_as_it_can_be_read(
+    run: Path, tmp_path: Path
+) -> None:
+    file = run / "bag" / "bag_0.mcap"
+    content = file.read_bytes()
+    file.write_bytes(content[:-2000])
+    said = " | ".join(draw.earlier_run(run).missing)
+    assert f"{run / 'bag'}: bag_0.mcap was not closed" in said
+    assert f"--salvage {run / 'bag_salvaged'}" in said
+    salvage(run / "bag", tmp_path / "good")
+    file.write_bytes(b"")
+    with pytest.raises(DataError, match="no MCAP file"):
+        draw.earlier_run(run)
+    earlier = draw.earlier_run(run, tmp_path / "good")
+    assert len(earlier.record.reaches) == 2
+    (line,) = (text for text in earlier.missing if "salvaged" in text)
+    assert line.startswith(f"{tmp_path / 'good'} was salvaged from a bag that was not whole: ")
+
+
+def test_a_run_of_two_bags_is_drawn_from_both(run: Path) -> None:
+    parts = {"bag": (0.0, 2.5), "bag_2": (2.8, 9.0), "bag_3": (9.0, 9.0)}
+    (run / "whole").mkdir()
+    (run / "bag").rename(run / "whole" / "bag")
+    reader = BagReader(run / "whole" / "bag")
+    for name, (begin_s, end_s) in parts.items():
+        with BagWriter(run / name) as writer:
+            channels = {topic: writer.add_topic(info) for topic, info in reader.topics.items()}
+            spans = [BEGIN_NS + round(time_s * NANO) for time_s in (begin_s, end_s)]
+            for m in reader.messages(None, *spans):
+                writer.write(channels[m.topic], m.data, m.log_time_ns, m.publish_time_ns)
+    (run / "bag_3" / "bag_3_0.mcap").write_bytes(b"")  # its recorder died at once
+    summary = json.loads((run / "summary.json").read_text())
+    bags = [str(Path("elsewhere") / name) for name in parts]
+    (run / "summary.json").write_text(json.dumps(summary | {"bags": bags}))
+    earlier = draw.earlier_run(run)
+    assert len(earlier.record.reaches) == 2
+    assert earlier.record.time_s[-1] == pytest.approx(3.95)
+    said = " | ".join(earlier.missing)
+    assert "nothing was recorded for 0.35 s between two of its bags" in said
+    assert "bag_3_0.mcap is no MCAP file: nothing is taken from that bag" in said
+    found = RunBags.of([run / "bag", run / "bag_2"])
+    assert found.gaps_ns == ((BEGIN_NS + round(2.45 * NANO), BEGIN_NS + round(2.8 * NANO)),)
+    assert found.rates_hz["/sim/state"] == pytest.approx(20.0)
 
 
 def test_the_command_draws_what_is_asked_for(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -109,7 +158,9 @@ def test_the_command_draws_what_is_asked_for(run: Path, monkeypatch: pytest.Monk
     monkeypatch.setattr("hri_sim.media.video.render_video", lambda record, to: rendered.append(to))
     done = CliRunner().invoke(draw.app, [str(run)])
     assert done.exit_code == 0, done.output
-    assert done.output.splitlines() == ["drawing picture.png", str(run / "picture.png")]
+    told, *files = done.output.splitlines()
+    assert told == "2 of 3 reaches begin in what was recorded"
+    assert files == ["drawing picture.png", str(run / "picture.png")]
     assert (run / "picture.png").read_bytes()[:4] == b"\x89PNG"
     assert not rendered
     monkeypatch.setattr("hri_sim.media.picture.draw_picture", lambda record, to: None)

@@ -8,11 +8,13 @@ from types import SimpleNamespace
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
+from hri_prediction.bags import BagWriter, TopicInfo
 from hri_prediction.ros.node import ERROR, OK, STANDSTILL, WARN
 from hri_sim.launch.health import AGAIN_S, SILENT_S, GraphHealth
 from hri_sim.launch.recording_end import recording_words
 from hri_sim.launch.supervisor import Death
 from hri_sim.recording.folders import bag_folders
+from hri_sim.simulator.stopchain import NO_HEARTBEAT
 
 
 def status(
@@ -84,8 +86,26 @@ def test_an_adaptation_node_that_hangs(health: GraphHealth, told: list[str]) -> 
     health.take([status("adaptation"), status("policy")], 0.0, begun=True)
     for step in range(500):
         health.look(step * 0.02, ["adaptation", "policy"])
-    # Of a policy that hangs others speak, and the robot stops.
-    assert told == ["adaptation has said nothing for 3 s: no trial goes on meanwhile"]
+    assert sorted(told) == [
+        "adaptation has said nothing for 3 s: no trial goes on meanwhile",
+        "policy has said nothing for 3 s: it hangs, or the machine does not run it",
+    ]
+
+
+def test_a_heartbeat_that_the_controller_misses_is_told_with_whose_it_is(
+    health: GraphHealth, told: list[str]
+) -> None:
+    resting = status("simulator", NO_HEARTBEAT, WARN)
+    health.take([resting], 0.0, begun=False)  # nobody sends it yet
+    assert told == []
+    health.take([resting], 0.0, begun=True)
+    health.take([resting], AGAIN_S / 2, begun=True)
+    assert told == [
+        "the controller hears no heartbeat of the node that moves the robot "
+        "(/separation/speed_scale): the robot rests because of it"
+    ]
+    health.take([status("separation_monitor"), resting], 2 * AGAIN_S, begun=True)
+    assert "heartbeat of separation_monitor (" in told[1]
 
 
 def test_who_was_not_run_itself_has_not_listened(health: GraphHealth, told: list[str]) -> None:
@@ -135,6 +155,9 @@ def test_a_recorder_that_has_lost_messages_on_the_way_is_not_waited_for(
 
 
 # ------------------------------------------------------------------ the end
+UNTIL_NS = 100 * 10**9
+
+
 def ended(code: int | None, *, died: bool = False) -> SimpleNamespace:
     return SimpleNamespace(
         exit_code=lambda label: code,
@@ -148,7 +171,7 @@ def test_the_end_of_a_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     bag = Path("runs/bag")
 
     def words(supervisor: SimpleNamespace, killed: list[str]) -> str:
-        return " | ".join(recording_words(supervisor, killed, bag))
+        return " | ".join(recording_words(supervisor, killed, bag, UNTIL_NS))
 
     assert words(ended(None), []) == ""  # there is none
     assert words(ended(0), []) == ""
@@ -158,11 +181,31 @@ def test_the_end_of_a_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert words(ended(1, died=True), []) == "runs/bag does not hold all that was sent"
     bag.mkdir(parents=True)
     (bag / "bag_0.mcap").write_bytes(b"\x89MCAP0\r\n")
-    assert "not closed; scripts/inspect_bag.py BAG --salvage OUT" in words(ended(1), [])
-    assert "last half second" in words(ended(-9), ["person", "recorder"])
-    said = words(ended(-9, died=True), [])
-    assert "ends where the recorder did" in said
-    assert "--salvage" in said
+    salvage = "scripts/inspect_bag.py runs/bag --salvage runs/bag_salvaged"
+    assert f"not closed; {salvage}" in words(ended(1), [])
+    said = words(ended(-9), ["person", "recorder"])
+    assert said.startswith("runs/bag was not closed, and holds no message that can be read; ")
+    assert salvage in said
+
+
+@pytest.mark.parametrize(
+    ("last_s", "said"),
+    [
+        (37.5, "has no message of the last 62.5 s of the run"),  # it stood still since then
+        (100.2, "holds messages up to the end of the run; "),
+    ],
+)
+def test_what_is_missing_from_a_bag_that_was_not_closed(
+    tmp_path: Path, last_s: float, said: str
+) -> None:
+    with BagWriter(tmp_path / "bag") as writer:
+        channel = writer.add_topic(TopicInfo("/a", "std_msgs/msg/Empty"))
+        writer.write(channel, b"\x00\x01\x00\x00\x00", round(last_s * 1e9))
+    file = tmp_path / "bag" / "bag_0.mcap"
+    file.write_bytes(file.read_bytes()[:-8])
+    for supervisor, killed in ((ended(-9, died=True), []), (ended(-9), ["recorder"])):
+        (line,) = recording_words(supervisor, killed, tmp_path / "bag", UNTIL_NS)
+        assert f"was not closed, and {said}" in line
 
 
 def test_a_recorder_that_was_started_again_leaves_several_bags(tmp_path: Path) -> None:
@@ -171,13 +214,13 @@ def test_a_recorder_that_was_started_again_leaves_several_bags(tmp_path: Path) -
         (tmp_path / name).mkdir()
     assert bag_folders(bag) == [bag, tmp_path / "bag_2", tmp_path / "bag_10"]
     (bag / "bag_0.mcap").write_bytes(b"\x89MCAP0\r\n")  # its recorder was killed
-    said = recording_words(ended(0, died=True), [], bag)
+    said = recording_words(ended(0, died=True), [], bag, UNTIL_NS)
     assert "bag, bag_2, bag_10" in said[0]
-    assert "summary and picture are of bag alone" in said[0]
+    assert "summary and picture are of all of them together" in said[0]
     assert said[1].startswith(f"{bag} was not closed")
     assert "--salvage" in said[1]
     assert len(said) == 2
-    said = recording_words(ended(-9, died=True), [], bag)
+    said = recording_words(ended(-9, died=True), [], bag, UNTIL_NS)
     assert said[2].startswith(f"{tmp_path / 'bag_10'} was not closed")
 
 

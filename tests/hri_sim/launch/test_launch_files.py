@@ -19,6 +19,7 @@ import numpy as np
 import pytest
 
 from hri_prediction.errors import ConfigError
+from hri_prediction.ros.scheduling import HIGHEST
 from hri_prediction.ros.this_machine import CHOICES, PROFILE
 from hri_prediction.tracks.files import save_tracks
 from hri_prediction.tracks.track import ArmTrack
@@ -191,7 +192,7 @@ def test_a_separation_monitor_as_of_the_launch_scripts(tmp_path: Path, policy: s
     options = RunOptions(out=tmp_path, policy=policy or None, separation="measured")
     specs = node_specs(options, load_scenario(TABLE), TABLE, None, None, tmp_path)
     (wanted,) = (s.parameters for s in specs if s.executable == "separation_monitor")
-    assert found["separation_monitor"] == dict(wanted)
+    assert found["separation_monitor"] == {"realtime_priority": HIGHEST, **wanted}
     assert found["separation_monitor"]["trunk"] is False
 
 
@@ -200,7 +201,7 @@ def test_beside_real_people_the_monitor_is_as_it_starts(tmp_path: Path) -> None:
     nodes = _launch(_path("ptomp.launch.py"), **cell)
     found = {node.executable: _plain(node) for node in nodes}
     assert found.keys() == {"predictor", "ptomp", "separation_monitor"}
-    assert found["separation_monitor"] == {"human": "measured"}
+    assert found["separation_monitor"] == {"realtime_priority": HIGHEST, "human": "measured"}
     assert found["ptomp"]["heartbeat"] is False
 
 
@@ -231,7 +232,7 @@ def test_a_real_cell_brings_its_own_robot_and_tracking() -> None:
     # Without a word on it somebody real is not left without a monitor.
     found = {n.executable: _plain(n) for n in _launch(_path("ptomp.launch.py"), **cell)}
     assert found.keys() == {"predictor", "ptomp", "separation_monitor"}
-    assert found["separation_monitor"] == {"human": "assumed"}
+    assert found["separation_monitor"] == {"realtime_priority": HIGHEST, "human": "assumed"}
     assert found["ptomp"]["heartbeat"] is False
 
 

@@ -14,6 +14,7 @@ from hri_sim.launch.folder import NewFolder, RunFolders, naming
 from hri_sim.launch.parameters import CONFIGURATIONS, complete_parameters, read_parameters
 from hri_sim.launch.run import RunOptions, node_specs
 from hri_sim.launch.scene import run_library
+from hri_sim.launch.separation import separation_specs
 from hri_sim.launch.supervisor import NodeSpec
 from hri_sim.scenario.shipped import load_shipped
 
@@ -32,6 +33,7 @@ def test_every_parameter_is_written(tmp_path: Path) -> None:
             for field in dataclasses.fields(defaults):
                 if getattr(defaults, field.name) != ():
                     assert prefix + field.name in spec.parameters, label
+        assert "realtime_priority" in spec.parameters
         text = yaml.safe_dump(dict(spec.parameters))
         assert yaml.safe_load(text) == spec.parameters
         assert "[]" not in text  # ROS cannot tell the type of an empty list
@@ -43,6 +45,20 @@ def test_the_users_values_win_and_get_the_declared_type(tmp_path: Path) -> None:
     assert isinstance(nodes["ptomp"].parameters["max_duration"], float)
     assert nodes["ptomp"].parameters["planner.margin"] == 0.1
     assert nodes["ptomp"].parameters["seed"] == 3
+
+
+def test_the_monitor_comes_first_unless_the_user_says_otherwise(tmp_path: Path) -> None:
+    (monitor,) = separation_specs("measured", load_shipped("table_reach"))
+    for given, wanted in (({}, 12), ({"separation_monitor": {"realtime_priority": 0}}, 0)):
+        (found,) = complete_parameters([monitor], given, "--parameters x")
+        assert found.parameters["realtime_priority"] == wanted
+    assert {s.parameters["realtime_priority"] for s in _complete(tmp_path).values()} == {0}
+
+
+def test_who_plans_does_not_come_before_who_stops_the_robot(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=r"ptomp: realtime_priority = 12; expected less than 12"):
+        _complete(tmp_path, {"ptomp": {"realtime_priority": 12}})
+    assert _complete(tmp_path, {"ptomp": {"realtime_priority": 11}})
 
 
 def test_all_that_is_wrong_is_named_at_once(tmp_path: Path) -> None:

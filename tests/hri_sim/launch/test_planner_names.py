@@ -10,7 +10,7 @@ from hri_sim.launch.ptomp import PLANNERS, _elsewhere, one_of
     ("name", "words"),
     [
         ("itompp", "one like itomp"),
-        ("chomp", "give --planner ptomp"),
+        ("chomp", "give --planner stomp"),
         ("ptomp_adapted", "adaptation_model: success_f8"),
         ("stomp_prior", "benchmark_planners.py alone"),
     ],

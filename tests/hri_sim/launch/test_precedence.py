@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from hri_sim.launch.precedence import NICENESS, OTHERS
+from hri_sim.launch.precedence import NICENESS, OTHERS, REALTIME
 from hri_sim.launch.supervisor import NodeSpec, Supervisor
 
 
@@ -50,6 +50,6 @@ def test_what_stands_for_the_world_goes_first_and_planning_last(
 
 
 def test_all_that_are_named_are_nodes() -> None:
-    for name in NICENESS:
+    for name in {*NICENESS, *REALTIME}:
         packages = ("hri_sim", "hri_prediction", "hri_planner")
         assert any((Path(sys.prefix) / "lib" / package / name).exists() for package in packages)

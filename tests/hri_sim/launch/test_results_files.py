@@ -25,8 +25,12 @@ def test_every_file_with_results_says_so(tmp_path: Path) -> None:
     write_replay(tmp_path, ORIGIN, {}, [])
     latencies = {"mocap_to_prediction": nothing, "mocap_to_trajectory": nothing}
     results = {"origin": ORIGIN, "seeds": [1], "outcomes": ["reached"], "latency_ms": latencies}
-    figures = ("lost_messages", "cpu_share", "replan_miss_share", "replans", "recorder_msgs_per_s")
-    results |= {"rates_hz": {}, "sim_realtime_factor": 30.0} | dict.fromkeys(figures, 0)
+    figures = ("lost_messages", "host_share", "cpu_share", "replan_miss_share", "replans")
+    results |= {
+        "rates_hz": {},
+        "sim_realtime_factor": 30.0,
+        "recorder_msgs_per_s": 5000.0,
+    } | dict.fromkeys(figures, 0)
     write_results(tmp_path, results, {"a": np.zeros(3), "b": np.ones(3)})
     line = origin_line(ORIGIN)
     assert line == "Commit abc123, 2025-01-31; Some CPU, 2 cores, Python 3.12.1."

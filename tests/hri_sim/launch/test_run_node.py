@@ -95,12 +95,12 @@ def test_what_a_ready_node_says() -> None:
         (
             "hri_sim.nodes.person_node",
             [],
-            r"person ready: listens to /sim/cue; publishes /humans/bodies/.*; serves /person/reset",
+            r"person ready: listens to /sim/cue; publishes /humans/.*; serves /person/reset",
         ),
         (
             "hri_sim.nodes.dyad_node",
             [],
-            r"dyad ready: publishes /humans/bodies/person1/arm, .*tracked, .*; serves /dyad/reset",
+            r"dyad ready: publishes /humans/.*tracked, .*; serves /dyad/reset",
         ),
         (
             "hri_sim.nodes.recorder_node",

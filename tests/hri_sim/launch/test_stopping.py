@@ -12,6 +12,7 @@ from hri_prediction.errors import ConfigError
 from hri_prediction.results.progress import ProgressLine
 from hri_sim.launch.adaptation import AdaptationOptions, run_adaptation
 from hri_sim.launch.run import RunOptions, prepare
+from hri_sim.launch.separation import MONITOR, check_stopping
 
 SAID = (
     "stopping_time = 0.07 s, but the controller takes 0.3 s to stop"
@@ -36,6 +37,20 @@ def test_in_a_launched_run(tmp_path: Path, parameters: Path) -> None:
     run.out.mkdir()
     with pytest.raises(ConfigError, match=SAID):
         prepare(run, run.out / "bag", Console())
+
+
+@pytest.mark.parametrize(("reaction_time", "refused"), [(0.048, False), (0.047, True)])
+def test_a_monitor_reckons_with_its_own_death(reaction_time: float, refused: bool) -> None:
+    """4 ms until it has spoken, 12 ms on the way, and as long as the controller goes on."""
+    given = {
+        "simulator": {"ramp_down": 0.07, "command_timeout": 0.1, "heartbeat_timeout": 0.032},
+        MONITOR: {"stopping_time": 0.07, "reaction_time": reaction_time},
+    }
+    if not refused:
+        check_stopping(given, "here")
+        return
+    with pytest.raises(ConfigError, match=r"goes on for 0\.032 s .* at least 0\.048 s"):
+        check_stopping(given, "here")
 
 
 @pytest.mark.parametrize("human", ["simulated", "live"])

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 import json
+import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +14,11 @@ import pytest
 from rich.console import Console
 
 from hri_planner.separation.config import MEASURED
-from hri_sim.launch.record import Series, with_baseline
+from hri_sim.launch.record import Series, gaps_of, with_baseline
 from hri_sim.launch.reports import ReachReport
 from hri_sim.launch.reproduce import demo_row, replay_row
 from hri_sim.launch.summary import print_table, succeeded, summarise, write_summary
-from hri_sim.media.frames import ReachMark, RunRecord
+from hri_sim.media.frames import BaselineTrack, ReachMark, RunRecord
 from hri_sim.scenario.schema import Scenario
 from hri_sim.scenario.shipped import load_shipped
 
@@ -77,7 +79,7 @@ def test_a_run_without_a_recording(scenario: Scenario, tmp_path: Path, outcome: 
             assert reach[name] is None
     console = Console(file=io.StringIO(), width=80)
     print_table(console, read)
-    assert "recording ended" in console.file.getvalue()  # type: ignore[attr-defined]
+    assert "not recorded from begin to end" in console.file.getvalue()  # type: ignore[attr-defined]
     assert demo_row(1, read).count("–") == 5
 
 
@@ -105,7 +107,21 @@ def test_a_recording_that_ends_early_says_nothing_of_the_later_reaches(
     assert "too busy" not in console.file.getvalue()  # type: ignore[attr-defined]
     summary["reaches"][0]["deadline_misses"] = 200
     print_table(console, summary)
-    assert "plans were late and dropped" in console.file.getvalue()  # type: ignore[attr-defined]
+    late = console.file.getvalue()  # type: ignore[attr-defined]
+    assert re.search(r"200 of \d+ plans \(\d+%\) were late and dropped, more than 10%", late)
+    frozen = Console(file=io.StringIO(), width=200)
+    print_table(frozen, summary | {"stopped_s": {"ptomp": 20.04}})
+    said = frozen.file.getvalue()  # type: ignore[attr-defined]
+    assert "late and dropped: ptomp was stopped for 20.0 s" in said
+    assert "too busy" not in said
+    taken = Console(file=io.StringIO(), width=200)
+    print_table(taken, summary | {"host_share": 0.083})
+    said = taken.file.getvalue()  # type: ignore[attr-defined]
+    assert "late and dropped; the host of this virtual machine took 8% of its" in said
+    assert "more than 10%: the machine was too busy" in said
+    quiet = Console(file=io.StringIO(), width=200)
+    print_table(quiet, summary | {"host_share": 0.003})
+    assert "host" not in quiet.file.getvalue()  # type: ignore[attr-defined]
     monitored = Console(file=io.StringIO(), width=120)
     print_table(monitored, summary | {"separation": MEASURED})
     said = monitored.file.getvalue()  # type: ignore[attr-defined]
@@ -133,6 +149,29 @@ def test_what_was_seen_live_counts_where_the_recording_ended(
     assert unrecorded["touched"] is touched
 
 
+@pytest.mark.parametrize(
+    ("misses", "told", "busy"), [(2, False, False), (5, True, False), (11, True, True)]
+)
+def test_a_machine_is_called_busy_when_a_tenth_of_the_plans_is_late(
+    misses: int, told: bool, busy: bool
+) -> None:
+    reach = {
+        "outcome": "reached", "reason": "", "goal_error_m": 0.0, "min_clearance_m": 0.1,
+        "baseline_min_clearance_m": 0.1, "duration_s": 2.0, "replans": 100 - misses,
+        "deadline_misses": misses, "max_handover_jump_rad": 0.0,
+    }  # fmt: skip
+    summary = {
+        "reaches": [reach],
+        "touched": False,
+        "latency_ms": {"mocap_to_trajectory": {"p50": None}},
+    }
+    console = Console(file=io.StringIO(), width=200)
+    print_table(console, summary)
+    said: str = console.file.getvalue()  # type: ignore[attr-defined]
+    assert (f"{misses} of 100 plans ({misses}%) were late" in said) is told
+    assert ("too busy" in said) is busy
+
+
 def test_a_run_with_nobody(scenario: Scenario, tmp_path: Path) -> None:
     alone = scenario.model_copy(
         update={
@@ -157,6 +196,56 @@ def test_a_run_with_nobody(scenario: Scenario, tmp_path: Path) -> None:
     assert "inf" not in said
 
 
+def test_a_recording_in_two_bags_tells_of_the_reaches_beside_the_gap(
+    scenario: Scenario, tmp_path: Path
+) -> None:
+    reports = _reports(scenario, live_m=0.07)
+    assert len(reports) > 2
+    whole = _series(scenario, 4.0 * len(reports))
+    times = np.arange(0.0, 4.0 * len(reports), 0.1)
+    clearance = np.where((times > 5.0) & (times < 6.0), 0.01, 0.2)
+    baseline = BaselineTrack(times, np.zeros((len(times), 7)), clearance)
+    series = replace(whole, record=replace(whole.record, baseline=baseline), gaps_s=((4.8, 6.2),))
+    summary = summarise(series, reports, scenario=scenario, bag=tmp_path, seed=1)
+    first, second, third, *_ = summary["reaches"]
+    assert first["goal_error_m"] is not None
+    assert second["goal_error_m"] is None
+    assert second["min_clearance_m"] == pytest.approx(0.07)  # seen live
+    assert third["min_clearance_m"] == pytest.approx(0.05)
+    # Where nobody was recorded the baseline is of people who are not known.
+    assert summary["baseline_min_clearance_m"] == pytest.approx(0.2)
+    assert summary["recording_gaps_s"] == [[4.8, 6.2]]
+    console = Console(file=io.StringIO(), width=120)
+    print_table(console, summary)
+    said: str = console.file.getvalue()  # type: ignore[attr-defined]
+    assert "nothing was recorded from 4.80 to 6.20 s" in said
+    assert "reach 2 was not recorded from begin to end" in said
+    assert "reach 3 was" not in said
+
+
+def test_a_recorder_that_was_stopped_leaves_a_gap() -> None:
+    times = np.concatenate((np.arange(0.0, 2.0, 0.004), np.arange(5.5, 8.0, 0.004)))
+    nothing = np.zeros(0)
+    ((begin, end),) = gaps_of(times, nothing, nothing)
+    assert (begin, end) == pytest.approx((1.996, 5.5))
+    # A recorder that died leaves one, too: the same one, seen from its bags, is told once.
+    assert gaps_of(times, np.array([1.99, 5.51]), nothing) == ((1.99, 5.51),)
+    between = np.array([2.5, 3.0, 7.0, 7.5])
+    assert gaps_of(times, between, nothing) == ((begin, end), (7.0, 7.5))
+    assert gaps_of(np.arange(0.0, 3.0, 0.004), nothing, nothing) == ()
+    some_lost = np.delete(np.arange(0.0, 3.0, 0.004), slice(100, 120))
+    assert gaps_of(some_lost, nothing, nothing) == ()
+
+
+def test_a_simulator_that_was_stopped_leaves_none() -> None:
+    """All others were recorded meanwhile; those of just before and after say nothing."""
+    times = np.concatenate((np.arange(0.0, 2.0, 0.004), np.arange(5.5, 8.0, 0.004)))
+    nothing = np.zeros(0)
+    assert gaps_of(times, nothing, np.arange(0.0, 8.0, 0.02)) == ()
+    on_time = np.concatenate((np.arange(0.0, 2.02, 0.02), np.arange(5.48, 8.0, 0.02)))
+    assert len(gaps_of(times, nothing, on_time)) == 1
+
+
 def test_a_run_that_was_broken_off(scenario: Scenario, tmp_path: Path) -> None:
     reports = _reports(scenario)
     for begun in (0, 1):
@@ -164,7 +253,10 @@ def test_a_run_that_was_broken_off(scenario: Scenario, tmp_path: Path) -> None:
         assert summary["outcome"] == "interrupted"
         assert len(summary["reaches"]) == begun
         assert summary["touched"] is None
-        print_table(Console(file=io.StringIO()), summary)
+        console = Console(file=io.StringIO())
+        print_table(console, summary)
+        said: str = console.file.getvalue()  # type: ignore[attr-defined]
+        assert f"{begun} of {len(reports)} reaches begun" in said
 
 
 def test_no_baseline_for_what_was_not_recorded(scenario: Scenario) -> None:

@@ -17,9 +17,11 @@ from hri_sim.media import (
     ReachMark,
     RunRecord,
     draw_picture,
+    picture,
     render_video,
     video,
 )
+from hri_sim.media.frames import holes
 from hri_sim.media.look import tube_shape, tube_shown
 from hri_sim.media.raycast import Camera, Capsules, RayCaster
 from hri_sim.scenario.schema import PersonSpec, ReachSpec, Scenario
@@ -79,6 +81,25 @@ def test_picture_of_a_recording_that_ended_before_the_reaches(tmp_path):
     marks = (ReachMark(0.3, 4.5, "cut off"), ReachMark(6.0, 8.0, "not recorded"))
     path = draw_picture(replace(make_record(), reaches=marks), tmp_path / "run.png", dpi=60)
     assert path.stat().st_size > 5000
+
+
+def test_what_was_not_recorded_is_no_line(tmp_path):
+    """Neither straight across the gap, nor as a speed."""
+    whole = make_record()
+    kept = np.r_[0:60, 160:200]
+    record = replace(
+        whole,
+        **{name: getattr(whole, name)[kept] for name in ("time_s", "q", "arms", "clearance_m")},
+    )
+    assert list(holes(record.time_s)) == [59]
+    times, values = picture._broken(record, record.clearance_m)
+    assert list(np.flatnonzero(np.isnan(values))) == [60]
+    assert (np.diff(times) >= 0.0).all()
+    text = draw_picture(record, tmp_path / "run.svg", dpi=60).read_text()
+    assert "no states recorded" in text
+    assert (
+        "no states recorded" not in draw_picture(whole, tmp_path / "whole.svg", dpi=60).read_text()
+    )
 
 
 def test_picture_as_vector_graphics(tmp_path):

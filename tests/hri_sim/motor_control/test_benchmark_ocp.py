@@ -4,12 +4,19 @@ import json
 
 import numpy as np
 import pytest
+from rich.console import Console
 
+from hri_prediction.errors import HriError
 from hri_prediction.motor_control import design
 from hri_prediction.motor_control.arm_model import ANATOMICAL
 from hri_prediction.motor_control.costs import CHAPTER_2
+from hri_prediction.motor_control.ocp import NotConverged
+from hri_prediction.results.progress import ProgressLine
+from hri_sim.motor_control import benchmark_cases as cases
+from hri_sim.motor_control import first_solve
 from hri_sim.motor_control.benchmark_cases import SMOKE, Extent, chosen_tasks
-from hri_sim.motor_control.benchmark_command import bars, main
+from hri_sim.motor_control.benchmark_command import bars, main, measure
+from hri_sim.motor_control.benchmark_laws import Compared, _pooled
 from hri_sim.motor_control.people import REPETITIONS, draw_people, measured_arm, record, see
 
 PARTS = {
@@ -54,6 +61,87 @@ def test_short_run(tmp_path, capsys):
     capsys.readouterr()
     assert main(["--out", str(out), "--smoke"]) == 1
     assert "--overwrite" in capsys.readouterr().err
+    assert not (out / ".benchmark_parts").exists()
+
+
+def test_parts_that_are_measured_are_not_measured_again(tmp_path, monkeypatch):
+    """Stopped in the last of them, as with Ctrl-C."""
+    asked = []
+
+    def part(name, stopped=False):
+        def measured(*_):
+            asked.append(name)
+            if stopped:
+                raise KeyboardInterrupt
+            return {name: {"n": 1}}
+
+        return measured
+
+    monkeypatch.setattr(cases, "ocp_case", part("ocp"))
+    monkeypatch.setattr(cases, "inverse_case", part("ioc"))
+    monkeypatch.setattr(cases, "people_case", part("batch", stopped=True))
+    progress = ProgressLine(Console(quiet=True))
+    with pytest.raises(KeyboardInterrupt):
+        measure(3, SMOKE, tmp_path, progress)
+    monkeypatch.setattr(cases, "people_case", part("batch"))
+    found = measure(3, SMOKE, tmp_path, progress)
+    assert found == {"ocp": {"ocp": {"n": 1}}, "ioc": {"ioc": {"n": 1}}, "batch": {"n": 1}}
+    assert asked == ["ocp", "ioc", "batch", "batch"]
+    measure(4, SMOKE, tmp_path, progress)
+    assert asked[4:] == ["ocp", "ioc", "batch"]  # of another seed nothing is known
+
+
+def test_reaches_without_an_optimum_do_not_end_the_benchmark(monkeypatch):
+    """One is drawn anew, another is not explained, a third is not found by the search."""
+    scaling_of, explain, search = cases.scaling_of, cases.explain, cases.search
+    calls = {"scaling_of": 0, "explain": 0, "search": 0}
+
+    def failing(name, work, which):
+        def tried(*given, **named):
+            calls[name] += 1
+            if calls[name] == which:
+                error = NotConverged.__new__(NotConverged)
+                HriError.__init__(error, "none was found")
+                raise error
+            return work(*given, **named)
+
+        return tried
+
+    monkeypatch.setattr(cases, "scaling_of", failing("scaling_of", scaling_of, 1))
+    # Each reach is explained three times: both parts of it that are seen, and all of it.
+    monkeypatch.setattr(cases, "explain", failing("explain", explain, 3))
+    monkeypatch.setattr(cases, "search", failing("search", search, 1))
+    told = []
+    extent = Extent(inverse=3)
+    rng = np.random.default_rng(0)
+    found = cases.inverse_case(extent, rng, lambda done, _: told.append(done))
+    assert told == [1, 2, 3]
+    assert (found["n"], found["not_explained"], found["search_n"]) == (3, 1, 1)
+    assert found["alpha_error_max"] == 1.0
+    assert found["dtw_not_worse_share"] == 0.5
+    assert found["cut"]["n"] == 3
+    monkeypatch.setattr(cases, "explain", failing("explain", explain, calls["explain"] + 3))
+    with pytest.raises(HriError, match="explained both ways"):
+        cases.inverse_case(Extent(inverse=1), rng, lambda *_: None)
+
+
+def test_of_laws_of_several_people_the_worst_counts():
+    rng = np.random.default_rng(1)
+    truth = rng.dirichlet(np.ones(4), 20)
+    well = Compared(truth, truth + 1e-3, 0.1)
+    badly = Compared(5.0 + truth, np.full_like(truth, 5.0) + truth.mean(axis=0), 0.3)
+    found = _pooled([well, badly])
+    assert found["r2_truth"] == pytest.approx(0.0, abs=1e-9)
+    assert found["r2_of_each"][0] > 0.99
+    assert found["r2_pooled"] > 0.99  # how they differ from each other would hide it
+    assert (found["n"], found["people"]) == (40, 2)
+    assert found["rms_cm"] == pytest.approx(0.2)
+
+
+def test_a_new_process_that_fails_says_why(monkeypatch):
+    monkeypatch.setattr(first_solve.sys, "executable", "false")
+    with pytest.raises(HriError, match=r"exit code 1\); it said: nothing"):
+        first_solve.first_solve()
 
 
 def test_tasks_are_those_of_the_design():

@@ -51,12 +51,14 @@ def test_times_count_from_the_end_of_the_movement() -> None:
     text = "\n".join(live_lines(live_summary(found)))
     assert "1 movements" in text
     assert "| 30.0 | 30.0 | 30.0 |" in text
+    assert "of 100.0 % of them, met" in text
 
 
 def test_what_was_never_told_before_counts_from_the_end_message() -> None:
     found = figures_of([told(1200, 3, end_ms=1000)])
     assert found.case_ms == found.known_ms == (200.0,)
     assert found.same == 0.0
+    assert "of 0.0 % of them, **missed**" in "\n".join(live_lines(live_summary(found)))
 
 
 def test_nothing_heard() -> None:

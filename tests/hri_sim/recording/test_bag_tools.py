@@ -82,8 +82,34 @@ def test_a_cut_bag_is_shown_and_salvaged(bag: Path, tmp_path: Path, capsys) -> N
     assert "NOT CLOSED" in out
     assert "--salvage" in out
     assert inspect_tool.main([str(bag), "--salvage", str(tmp_path / "new")]) == 0
-    assert "100 messages of 1 topics" in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert "100 messages of 1 topics" in out
+    assert "run_0.mcap was not closed" in out
+    assert "closed in order, salvaged from run" in out
     assert inspect_bag(tmp_path / "new").closed
+
+
+def test_what_can_be_salvaged_and_what_cannot_have_their_exit_codes(
+    bag: Path, tmp_path: Path, capsys
+) -> None:
+    file = bag / "run_0.mcap"
+    content = file.read_bytes()
+    metadata = (bag / "metadata.yaml").read_text()
+    (bag / "metadata.yaml").write_text(metadata[:30])
+    assert inspect_tool.main([str(bag)]) == 3
+    out = capsys.readouterr().out
+    assert "DAMAGED" in out
+    assert f"scripts/inspect_bag.py {bag} --salvage {bag}_salvaged" in out
+    assert inspect_tool.main([str(bag), "--salvage", str(tmp_path / "new")]) == 0
+    (bag / "metadata.yaml").write_text(metadata)
+    # Its recorder was killed before the first message: there is nothing to salvage.
+    file.write_bytes(content[:60])
+    assert inspect_tool.main([str(bag)]) == 1
+    assert "has no message that can be read" in capsys.readouterr().out
+    assert inspect_tool.main([str(bag), "--salvage", str(tmp_path / "nothing")]) == 1
+    file.write_bytes(b"")
+    assert inspect_tool.main([str(bag)]) == 1
+    assert "is no MCAP file" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", ["missing", "text.mcap", "empty"])

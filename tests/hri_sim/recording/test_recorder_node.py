@@ -96,6 +96,12 @@ def rig() -> Iterator[Rig]:
     made.close()
 
 
+def test_a_misspelled_parameter_is_refused_before_there_is_a_bag(tmp_path: Path, rig: Rig) -> None:
+    with pytest.raises(ConfigError, match=r"no parameter 'flush_perod'; expected one like flush_"):
+        rig.recorder(tmp_path / "run", flush_perod=0.1)
+    assert not (tmp_path / "run").exists()
+
+
 def test_every_topic_is_recorded_also_a_later_one(tmp_path: Path, rig: Rig) -> None:
     latched = rig.node.create_publisher(String, "/latched", LATCHED)
     latched.publish(String(data="before the recorder"))

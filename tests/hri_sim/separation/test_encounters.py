@@ -13,13 +13,15 @@ from hri_planner.separation.track import ArmWatch
 from hri_planner.warm import warm_separation
 from hri_prediction.arm.geometry import SIDES
 from hri_sim.scenario.shipped import load_shipped
+from hri_sim.separation import encounter
 from hri_sim.separation.batch import Chunk, chunks_of, do_chunk, run_chunks
-from hri_sim.separation.encounter import KINDS, Encounter, Settings, draw_visit
+from hri_sim.separation.encounter import KINDS, Encounter, Settings, Silence, draw_visit
 from hri_sim.separation.forecasts import Forecasts
 from hri_sim.separation.intents import Change, Walking, draw_changes
 from hri_sim.separation.robot_motion import MOST_ACCELERATION, draw_posture, motion_to
 from hri_sim.separation.visitor import LEANS, Shape, Visitor, draw_figure
 from hri_sim.simulator.simulation import Simulation, SimulatorConfig
+from hri_sim.simulator.stopchain import StopChain
 
 warm_separation()
 ROBOT = load_robot()
@@ -29,7 +31,9 @@ DISTANCE = ProtectiveDistanceConfig()
 @pytest.fixture(scope="module")
 def simulation() -> Simulation:
     empty = load_shipped("table_reach").model_copy(update={"persons": (), "reaches": ()})
-    return Simulation(empty, contacts=False, config=SimulatorConfig(command_timeout=0.1))
+    return Simulation(
+        empty, contacts=False, config=SimulatorConfig(command_timeout=0.1, heartbeat_timeout=0.032)
+    )
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -79,6 +83,43 @@ def test_without_the_monitor_they_are(simulation: Simulation) -> None:
     # No point comes at anybody faster than the fastest point moves.
     assert all(meeting.fastest_approach <= meeting.fastest_touch for meeting in meetings)
     assert any(meeting.fastest_approach != 0.0 for meeting in meetings)
+
+
+@pytest.mark.parametrize("mended", [True, False])
+def test_what_a_monitor_that_hangs_decided_before_lets_nothing_go(
+    simulation: Simulation, monkeypatch: pytest.MonkeyPatch, mended: bool
+) -> None:
+    """And were it said all the same, as without the rule that is tested, it would be heard here."""
+    begin_ns, end_ns = 400_000_000, 450_000_000
+    heard: list[tuple[int, float]] = []
+    command = StopChain.command
+
+    def hear(chain: StopChain, scale: float, now_ns: int) -> None:
+        heard.append((now_ns, scale))
+        command(chain, scale, now_ns)
+
+    monkeypatch.setattr(StopChain, "command", hear)
+    monkeypatch.setattr(
+        encounter, "_draw_silence", lambda _: Silence(begin_ns, end_ns, deciding=True)
+    )
+    if not mended:
+        monkeypatch.setattr(encounter, "is_timely", lambda scale, held_s: True)
+    meeting = Encounter(simulation, "walking", replace(Settings(), duration=0.6), 0).run()
+    assert meeting.silent_s == pytest.approx(0.052, abs=0.005)
+    # It decides at 400 ms and then at 456 ms; what it says is 2 to 8 ms on its way.
+    assert any(scale > 0.0 for now_ns, scale in heard if now_ns < 412_000_000)
+    late = [scale for now_ns, scale in heard if 412_000_000 <= now_ns < 458_000_000]
+    assert late == ([] if mended else [1.0])
+    assert any(scale > 0.0 for now_ns, scale in heard if now_ns >= 458_000_000)
+
+
+def test_silences_are_of_all_kinds() -> None:
+    drawn = [encounter._draw_silence(np.random.default_rng(seed)) for seed in range(60)]
+    assert Silence() in drawn
+    hangs = [one for one in drawn if one.deciding]
+    assert hangs
+    assert all(10_000_000 <= one.end_ns - one.begin_ns <= 100_000_000 for one in hangs)
+    assert any(not one.deciding and one.end_ns > one.begin_ns for one in drawn)
 
 
 def test_encounters_repeat(simulation: Simulation) -> None:

@@ -79,7 +79,7 @@ def replan(old, late_s, turn):
     )
 
 
-@pytest.mark.parametrize(("turn", "refused"), [(0.3, True), (0.02, False)])
+@pytest.mark.parametrize(("turn", "refused"), [(0.3, True), (0.13, True), (0.02, False)])
 def test_a_plan_that_comes_too_late_is_refused_when_the_robot_has_gone_elsewhere(turn, refused):
     run = Run(max_lateness=0.1)
     old = min_jerk(START, END, count=151)

@@ -286,7 +286,8 @@ def test_references_keep_limits_and_continuity_under_any_commands(seed, kind):
         q=rng.uniform(0.9 * ROBOT.lower, 0.9 * ROBOT.upper),
         command_timeout=0.1,
         max_lateness=0.1,
-        handover_tolerance=float(rng.choice([0.002, 3.2])),
+        handover_tolerance=float(rng.choice([0.001, 3.2])),
+        slowed_tolerance=float(rng.choice([0.002, 3.2])),
     )
     for _ in range(6):
         begin = run.controller.q_ref + rng.normal(0.0, 0.02, 7)

@@ -11,12 +11,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 sys.path.insert(0, str(Path(__file__).parent))
 
 from soak_records import BEGUN, CANCELLED, ENDED, KILLED, REACHED, TOUCHED, write_record
 
 from hri_prediction.errors import DataError
+from hri_sim.launch.soak import app
 from hri_sim.soak.contacts import Contact
 from hri_sim.soak.judging import LONG_S, figures, missed
 from hri_sim.soak.judging import verdict as summary
@@ -180,3 +182,13 @@ def test_without_a_bag_contacts_are_not_judged(tmp_path: Path) -> None:
     assert "no bag" in (tmp_path / TEXT).read_text()
     (tmp_path / "bag").mkdir()  # one that cannot be read
     assert verdict(write_report(tmp_path), "comes at the person")["met"] is None
+
+
+def test_the_folder_of_another_run_is_refused_and_left_as_it_is(tmp_path: Path) -> None:
+    write_report(write_record(tmp_path))
+    before = {path: path.read_bytes() for path in sorted(tmp_path.iterdir())}
+    refused = CliRunner().invoke(app, ["--minutes", "1", "--out", str(tmp_path)])
+    assert refused.exit_code == 1
+    assert "is not empty" in refused.output
+    assert "memory" not in refused.output  # no table of the other run
+    assert {path: path.read_bytes() for path in sorted(tmp_path.iterdir())} == before

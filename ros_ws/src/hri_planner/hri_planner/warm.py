@@ -17,10 +17,17 @@ from hri_planner.policy.tool_velocity import ToolVelocity, ToolVelocityConfig
 from hri_planner.ptomp import HumanForecast, PtompConfig, PtompPlanner, TableBox
 from hri_planner.ptomp.costs import CostModel
 from hri_planner.robot import load_robot
-from hri_planner.separation.config import BodyConfig, ProtectiveDistanceConfig, ReleaseConfig
+from hri_planner.separation.config import (
+    PREDICTED,
+    BodyConfig,
+    ProtectiveDistanceConfig,
+    ReleaseConfig,
+)
 from hri_planner.separation.monitor import SeparationMonitor
+from hri_planner.separation.predicted import ArmPrediction
 from hri_planner.separation.robot_state import RobotState
 from hri_planner.separation.track import ArmWatch
+from hri_prediction.arm.geometry import arm_capsules
 from hri_prediction.geometry import capsule_distances
 
 
@@ -66,10 +73,16 @@ def warm_kernels() -> None:
 def warm_separation() -> None:
     """Compile the kernels of the separation monitor."""
     robot, release = load_robot(), ReleaseConfig()
-    monitor = SeparationMonitor(robot, ProtectiveDistanceConfig(), BodyConfig(), release)
+    distance = ProtectiveDistanceConfig(human=PREDICTED)  # for which all kernels are needed
+    monitor = SeparationMonitor(robot, distance, BodyConfig(), release)
     watch = ArmWatch("right", release)
     arm = np.array([[0.8, 0.0, 0.4], [0.7, 0.0, 0.1], [0.5, 0.0, 0.1], [0.4, 0.0, 0.1]])
     arm.setflags(write=False)  # as samples of messages are
     watch.add(1, arm)
     still = RobotState.following(np.zeros(7), np.zeros(7), 0.0, 1.0, np.zeros(7))
-    monitor.decide(1, still, {"person": watch.at(1)})
+    times = np.array([0.0, 0.1])
+    said = ArmPrediction(0.0, times, np.tile(arm, (2, 1, 1)), np.zeros((2, 4, 3, 3)))
+    monitor.decide(1, still, {"person": watch.at(1)}, {("person", "right"): said})
+    capsule_distances(
+        robot.robot_capsules(np.zeros(7)), robot.capsule_radii, arm_capsules(arm), np.zeros(3)
+    )

@@ -48,10 +48,11 @@ class Flow:
             self._count += 1
 
     def age_s(self, now_ns: int) -> float | None:
-        """Age of the newest message [s]: since its stamp, or its receipt where it has none."""
+        """Age of the newest message [s]: since its stamp, or its receipt where that does not say it."""
         if self.received_ns is None:
             return None
-        return (now_ns - (self.stamp_ns or self.received_ns)) / NANO
+        since_ns = self.stamp_ns if self._has_delays and self.stamp_ns else self.received_ns
+        return (now_ns - since_ns) / NANO
 
     def quiet_s(self, now_ns: int) -> float:
         """Time since the newest message was received [s]; 0 before the first."""

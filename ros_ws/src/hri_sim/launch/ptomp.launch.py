@@ -33,6 +33,7 @@ from hri_prediction.tracks.files import load_tracks
 from hri_prediction.tracks.placement import Placement
 from hri_prediction.tracks.seating import suggest_placement
 from hri_sim.launch.options import one_of
+from hri_sim.launch.precedence import urgency
 from hri_sim.launch.run import RunOptions, node_specs
 from hri_sim.launch.separation import (
     DEFAULT_SEPARATION,
@@ -82,11 +83,12 @@ def typed(value: object) -> object:
 
 def to_action(spec: NodeSpec) -> Node:
     """One node; when an essential one ends, everything ends."""
+    parameters = {**urgency(spec.executable), **spec.parameters}
     return Node(
         package=spec.package,
         executable=spec.executable,
         name=spec.label,
-        parameters=[{name: typed(value) for name, value in spec.parameters.items()}],
+        parameters=[{name: typed(value) for name, value in parameters.items()}],
         output="screen",
         additional_env={**ENVIRONMENT, **stay_on_this_machine(os.environ)},
         on_exit=[Shutdown(reason=f"{spec.label} ended")] if spec.essential else None,

@@ -43,6 +43,9 @@ class AdaptationConfig(AnswerConfig):
     most_aborted: int = parameter(
         5, "So many trials broken off one after the other end the experiment", low=1, high=1000
     )
+    max_future: float = parameter(
+        0.05, "A stamp of people further ahead of the clock than this is refused", unit="s", low=0.0
+    )
     radius_upper_arm: float = parameter(
         0.05, "Radius of the upper arm", unit="m", low=0.0, high=0.3
     )

@@ -28,17 +28,16 @@ from hri_planner.pibb.recording import Recording, Stirring, check_clock
 from hri_planner.pibb.session import Session, Trial
 from hri_planner.pibb.storage import save_session
 from hri_planner.robot.model import load_robot
-from hri_planner.ros.arms import ArmInputs
-from hri_planner.ros.bodies import BodyTopics
+from hri_planner.ros.arms import HAND_TIP, ArmInputs, Arms
 from hri_planner.ros.conversions import joints_from_message
 from hri_planner.ros.inputs import NOBODY
 from hri_prediction.errors import ConfigError, DataError, HriError, PlanningError
-from hri_prediction.ros.conversions import sample_from_message
 from hri_prediction.ros.messages import AdaptationStatus, GoalGuess, HumanArm, IdsList
 from hri_prediction.ros.node import ERROR, OK, WARN, HriNode, run_node
 from hri_prediction.ros.parameters import declare_config
-from hri_prediction.ros.qos import LATCHED, SENSOR, reliable
+from hri_prediction.ros.qos import LISTS, SENSOR, reliable
 from hri_prediction.ros.time import seconds_to_ns, to_ns
+from hri_prediction.ros.tracked import TRACKED
 
 TICK_S = 0.02
 STATUS_NS = 200_000_000
@@ -107,7 +106,7 @@ class AdaptationNode(HriNode):
         self._status = self.announce(AdaptationStatus, "adaptation/status", reliable(10))
         self._requests = PolicyRequests(self, self._folder / TRIAL_FILE)
         self.listen(JointState, "joint_states", self._on_joints, SENSOR)
-        self.listen(IdsList, "humans/bodies/tracked", _Hands(self, self._heard).take, LATCHED)
+        self.listen(IdsList, TRACKED, _Hands(self, self._heard, config.max_future).take, LISTS)
         self.listen(GoalGuess, "humans/guess", self._on_guess, reliable(10))
         self.serve(Trigger, "adaptation/update", self._on_update)
 
@@ -371,22 +370,19 @@ class AdaptationNode(HriNode):
         return WARN if waits else OK, self._reason or STAGES[self.stage], figures
 
 
-class _Hands(BodyTopics):
+class _Hands(Arms):
     """Arms of tracked bodies: hands answer, and the robot's distance to all is noted."""
 
-    what, message, qos = "arm", HumanArm, SENSOR
-
-    def __init__(self, node: AdaptationNode, inputs: ArmInputs) -> None:
-        super().__init__(node, inputs)
-        self._adaptation, self._arms = node, inputs
+    def __init__(self, node: AdaptationNode, inputs: ArmInputs, max_future: float) -> None:
+        super().__init__(node, inputs, max_future)
+        self._adaptation = node
 
     def take_one(self, body_id: str, message: HumanArm) -> None:
         """Take a sample."""
-        sample = sample_from_message(message)
-        self._arms.take(body_id, sample.side, sample.stamp_ns, sample.keypoints)
-        if np.isfinite(sample.keypoints[3]).all():
+        sample = self.take_sample(body_id, message)
+        if np.isfinite(sample.keypoints[HAND_TIP]).all():
             whose = f"{body_id} {sample.side}"
-            self._adaptation.hand_seen(whose, sample.stamp_ns, sample.keypoints[3])
+            self._adaptation.hand_seen(whose, sample.stamp_ns, sample.keypoints[HAND_TIP])
 
 
 def main(args: list[str] | None = None) -> int:

@@ -65,7 +65,14 @@ class MotionConfig:
         0.12, "A replan that is late by this much stops the robot", unit="s", low=0.02, high=2.0
     )
     require_tracking: bool = parameter(
-        True, "Do not move before a source says who is tracked (an empty list is an answer)"
+        True, "Do not move unless a source says who is tracked (an empty list is an answer)"
+    )
+    max_list_age: float = parameter(
+        0.12,
+        "A source that has not said who is tracked for so long is gone, or hangs: the robot is stopped",
+        unit="s",
+        low=0.02,
+        high=10.0,
     )
     heartbeat: bool = parameter(
         True, "Supply /separation/speed_scale, until a separation monitor runs; false: never"

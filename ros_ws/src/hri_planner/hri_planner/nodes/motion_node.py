@@ -190,7 +190,7 @@ class MotionNode(HriNode):
         motion, last = self._supervisor.motion, self._last
         seen = Seen(
             now_ns,
-            self._heard.heard(),
+            self._heard.heard(now_ns),
             speed=float(np.abs(self._heard.qd).max()),
             separation=self._heard.separation(self._robot),
             busy=self._replans.worker.busy,
@@ -303,8 +303,8 @@ class MotionNode(HriNode):
             "plans_not_followed": self._handover.not_followed,
             **self._reports.figures(),
         }
-        limits = self._motion_config.limits
-        trouble = self._heartbeat.trouble() or problem(self._heard.heard(), limits, self.now_ns())
+        limits, now_ns = self._motion_config.limits, self.now_ns()
+        trouble = self._heartbeat.trouble() or problem(self._heard.heard(now_ns), limits, now_ns)
         if trouble:
             return WARN, trouble, figures
         return OK, self._supervisor.stage.name.lower(), figures

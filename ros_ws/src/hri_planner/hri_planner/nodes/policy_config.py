@@ -41,6 +41,9 @@ class PolicyNodeConfig(MotionConfig):
         0.5, "Places on policy/goal that are older are not taken", unit="s", low=0.01, high=60.0
     )
 
+    max_future: float = parameter(
+        0.05, "A stamp of people further ahead of the clock than this is refused", unit="s", low=0.0
+    )
     box_centers: tuple[float, ...] = parameter(
         (), "Centres of boxes that the tool stays out of, three numbers each", unit="m"
     )

@@ -29,7 +29,9 @@ from hri_prediction.errors import HriError, PlanningError
 from hri_prediction.ros.messages import IdsList, LoadModel, ReachTarget
 from hri_prediction.ros.node import run_node
 from hri_prediction.ros.parameters import declare_config
-from hri_prediction.ros.qos import LATCHED, reliable
+from hri_prediction.ros.qos import LISTS, reliable
+from hri_prediction.ros.tracked import TRACKED
+from hri_prediction.tracked_lists import TrackedLists
 
 LAST_PLAN_S = 0.02
 """A plan that is made when its motion ends is given so long [s]; it takes milliseconds."""
@@ -42,7 +44,7 @@ class PolicyNode(MotionNode):
         super().__init__("policy", **kwargs)
         config = self._config = declare_config(self, PolicyNodeConfig)
         policy = declare_config(self, PolicyConfig, prefix="policy_planner")
-        inputs = ArmInputs(radii=config.radii)
+        inputs = ArmInputs(radii=config.radii, lists=TrackedLists(config.max_list_age))
         self._max_goal_age_s = config.max_goal_age
         self._held: JointPlan | None = None
         model = load_any(find_any(config.policy))
@@ -60,7 +62,7 @@ class PolicyNode(MotionNode):
         self._reporting = PolicyReporting(self, self._robot, inputs, config.policy)
         self.serve_motions(config, inputs, self.replanning, self._reporting)
         self._name_goals(model)
-        self.listen(IdsList, "humans/bodies/tracked", Arms(self, inputs).take, LATCHED)
+        self.listen(IdsList, TRACKED, Arms(self, inputs, config.max_future).take, LISTS)
         self.listen(PoseStamped, "policy/goal", self._on_moving_goal, reliable(1), command=True)
         self.serve(LoadModel, "~/load_model", self._on_load_model)
 

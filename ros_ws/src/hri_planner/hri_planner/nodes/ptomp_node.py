@@ -18,7 +18,9 @@ from hri_planner.warm import warm_kernels
 from hri_prediction.ros.messages import IdsList, ReachTarget
 from hri_prediction.ros.node import run_node
 from hri_prediction.ros.parameters import declare_config
-from hri_prediction.ros.qos import LATCHED
+from hri_prediction.ros.qos import LISTS
+from hri_prediction.ros.tracked import TRACKED
+from hri_prediction.tracked_lists import TrackedLists
 
 
 class PtompNode(MotionNode):
@@ -30,7 +32,7 @@ class PtompNode(MotionNode):
         planner = declare_config(
             self, PtompConfig, prefix="planner", defaults=find_variant(config.variant).config
         )
-        inputs = Inputs(radii=config.radii)
+        inputs = Inputs(radii=config.radii, lists=TrackedLists(config.max_list_age))
         self.replanning = Replanning(
             self._robot,
             config,
@@ -47,7 +49,7 @@ class PtompNode(MotionNode):
         self.serve_motions(
             config, inputs, self.replanning, reporting, plans_once=not planner.interleaved
         )
-        self.listen(IdsList, "humans/bodies/tracked", Bodies(self, inputs).take, LATCHED)
+        self.listen(IdsList, TRACKED, Bodies(self, inputs).take, LISTS)
 
     def duration_of(self, request: ReachTarget.Goal) -> float:
         """That of the goal, or the default [s]."""

@@ -14,11 +14,15 @@ from hri_planner.policy.partner import Partner
 from hri_planner.ros.bodies import BodyTopics
 from hri_planner.ros.inputs import RobotInputs
 from hri_planner.supervision.freshness import HeardPerson, worst_of
-from hri_prediction.ros.conversions import check_finite, sample_from_message
+from hri_prediction.arm.geometry import KEYPOINTS
+from hri_prediction.prediction.input_check import LATE
+from hri_prediction.ros.conversions import check_finite, current_sample
 from hri_prediction.ros.messages import HumanArm
 from hri_prediction.ros.node import HriNode
 from hri_prediction.ros.qos import SENSOR
 from hri_prediction.ros.time import NANO
+from hri_prediction.tracks.plausible import check_sample
+from hri_prediction.tracks.track import ArmSample
 
 FloatArray = NDArray[np.float64]
 
@@ -53,24 +57,35 @@ class TrackedArm:
     keypoints: deque[FloatArray] = field(default_factory=lambda: deque(maxlen=256))
     _seen_ns: list[int] = field(default_factory=lambda: [_NEVER_NS] * 4)
 
-    def add(self, stamp_ns: int, keypoints: FloatArray) -> None:
+    def add(self, stamp_ns: int, keypoints: FloatArray) -> str:
         """Take a sample whose hand was seen; wild ones and those out of order say nothing.
 
         Args:
             stamp_ns: Capture time [ns].
             keypoints: Shoulder, elbow, wrist, hand tip (4, 3) [m]; NaN where not seen.
+
+        Returns:
+            What is wrong with it, and what becomes of that; empty: nothing.
         """
+        said = ""
         if self.times_ns and stamp_ns <= self.times_ns[-1]:
             if stamp_ns > self.times_ns[-1] - NANO:
-                return  # out of order: an older sample says nothing new
+                return LATE  # an older sample says nothing new
+            said = "the clock went back: it is looked at anew"
             self._clear()
         seen = [not np.isnan(place).any() for place in keypoints]
         wild = [seen[k] and self._is_wild(k, stamp_ns, keypoints[k]) for k in range(4)]
+        if any(wild):
+            names = [KEYPOINTS[k].replace("_", " ") for k in range(4) if wild[k]]
+            said = f"jump: {', '.join(names)}; "
         if wild[HAND_TIP]:
             if stamp_ns - self.times_ns[-1] <= BELIEVED_S * NANO:
-                return
+                return f"{said}not believed yet"
+            said += f"believed now, after {BELIEVED_S:g} s"
             self._clear()
             wild = [False] * 4
+        elif said.startswith("jump"):
+            said += "the hand, which does not, tells where the arm is"
         hand = keypoints[HAND_TIP]
         # Never seen, so nobody knows: the hand, which is always seen here, stands in.
         beside = self.keypoints[-1] - self.keypoints[-1][HAND_TIP] if self.keypoints else 0.0
@@ -92,6 +107,7 @@ class TrackedArm:
         while self.times_ns[0] < stamp_ns - round(REST_S * NANO):
             self.times_ns.popleft()
             self.keypoints.popleft()
+        return said
 
     def _is_wild(self, k: int, stamp_ns: int, place: FloatArray) -> bool:
         """Whether no hand moves like that."""
@@ -172,7 +188,7 @@ class ArmInputs(RobotInputs):
             for body_id, arms in self._arms.items()
         }
 
-    def take(self, body_id: str, side: str, stamp_ns: int, keypoints: FloatArray) -> None:
+    def take(self, body_id: str, side: str, stamp_ns: int, keypoints: FloatArray) -> str:
         """Take a sample of an arm; one in which the hand is not seen counts as none.
 
         Args:
@@ -180,10 +196,14 @@ class ArmInputs(RobotInputs):
             side: Which of theirs, ``left`` or ``right``.
             stamp_ns: Capture time [ns].
             keypoints: Shoulder, elbow, wrist, hand tip (4, 3) [m]; NaN where not seen.
+
+        Returns:
+            What is wrong with it, as :meth:`TrackedArm.add`.
         """
-        if np.isfinite(keypoints[HAND_TIP]).all():
-            arms = self._arms.setdefault(body_id, {})
-            arms.setdefault(side, TrackedArm()).add(stamp_ns, keypoints)
+        if not np.isfinite(keypoints[HAND_TIP]).all():
+            return ""
+        arms = self._arms.setdefault(body_id, {})
+        return arms.setdefault(side, TrackedArm()).add(stamp_ns, keypoints)
 
     def forget(self) -> None:
         """Drop all that was heard, because its stamps mean nothing any more."""
@@ -212,16 +232,40 @@ class ArmInputs(RobotInputs):
 
 
 class Arms(BodyTopics):
-    """Arms of tracked bodies, as motion capture says."""
+    """Arms of tracked bodies, as motion capture says.
+
+    Args:
+        node: As of :class:`BodyTopics`.
+        inputs: What is known of them.
+        max_future: So far ahead of the node's clock a stamp may be [s].
+    """
 
     what, message, qos = "arm", HumanArm, SENSOR
 
-    def __init__(self, node: HriNode, inputs: ArmInputs) -> None:
+    def __init__(self, node: HriNode, inputs: ArmInputs, max_future: float) -> None:
         super().__init__(node, inputs)
-        self._inputs = inputs
+        self._inputs, self._max_future = inputs, max_future
 
     def take_one(self, body_id: str, message: HumanArm) -> None:
         """Take a sample."""
-        sample = sample_from_message(message)
-        self._inputs.take(body_id, sample.side, sample.stamp_ns, sample.keypoints)
+        self.take_sample(body_id, message)
+
+    def take_sample(self, body_id: str, message: HumanArm) -> ArmSample:
+        """Take a sample.
+
+        What no arm can be is refused: whose it is goes on being where they were, and grows old, which
+        stops the robot. What else is wrong with a sample is told.
+
+        Returns:
+            What it says.
+
+        Raises:
+            DataError: when it is refused.
+        """
+        sample = current_sample(message, self._node.tick_ns, self._max_future)
+        check_sample(sample, body_id)
+        said = self._inputs.take(body_id, sample.side, sample.stamp_ns, sample.keypoints)
+        if said:
+            self._node.fault("arm", f"the {sample.side} arm of {body_id}: {said}")
         check_finite(message)
+        return sample

@@ -13,12 +13,14 @@ from hri_prediction.errors import DataError
 from hri_prediction.ros.messages import HumanPrediction, IdsList
 from hri_prediction.ros.node import HriNode
 from hri_prediction.ros.qos import PREDICTIONS
+from hri_prediction.ros.tracked import take_list
+from hri_prediction.tracked_lists import TrackedLists
 
 
 class Followed(Protocol):
-    """What is told who is tracked, and whom to forget."""
+    """What knows who is tracked, and is told whom to forget."""
 
-    tracked: tuple[str, ...] | None
+    lists: TrackedLists
 
     def forget_body(self, body_id: str) -> None:
         """Drop what is known of a body."""
@@ -29,7 +31,7 @@ class BodyTopics(ABC):
 
     Args:
         node: Subscribes; faults are said by it.
-        inputs: Told who is tracked, and whom to forget.
+        inputs: Knows who is tracked, and is told whom to forget.
     """
 
     what: ClassVar[str]
@@ -38,7 +40,7 @@ class BodyTopics(ABC):
     qos: ClassVar[QoSProfile]
 
     def __init__(self, node: HriNode, inputs: Followed) -> None:
-        self._node, self._tracked = node, inputs
+        self._node, self._followed = node, inputs
         self._topics: dict[str, str] = {}
 
     @abstractmethod
@@ -50,13 +52,19 @@ class BodyTopics(ABC):
         """
 
     def take(self, message: IdsList) -> None:
-        """Take who is tracked now; what is known of others is forgotten.
+        """Take who is tracked now, as a source says; what is known of others is forgotten."""
+        take_list(self._followed.lists, message, self._node.tick_ns)
+        self.follow()
+
+    def follow(self) -> None:
+        """Listen to those who are tracked.
 
         A body whose name no topic can have stays tracked and unheard, so that the robot stops.
         """
-        for body_id in [known for known in self._topics if known not in message.ids]:
+        ids = self._followed.lists.ids or ()
+        for body_id in [known for known in self._topics if known not in ids]:
             self.leave(body_id)
-        for body_id in message.ids:
+        for body_id in ids:
             if body_id in self._topics:
                 continue
             if not valid_body_id(body_id):
@@ -65,12 +73,11 @@ class BodyTopics(ABC):
                 )
                 continue
             self._listen(body_id)
-        self._tracked.tracked = tuple(message.ids)
 
     def leave(self, body_id: str) -> None:
         """A body that was listened to is no longer listed: nothing of it counts any more."""
         self.unsubscribe(body_id)
-        self._tracked.forget_body(body_id)
+        self._followed.forget_body(body_id)
 
     def unsubscribe(self, body_id: str) -> None:
         """Listen to a body no longer."""

@@ -34,7 +34,8 @@ def forecast_from_message(
         radii: Of upper arm, forearm and hand (3,) [m].
 
     Raises:
-        DataError: on another frame, wrong sizes, or values that are not finite.
+        DataError: on another frame, wrong sizes, other times than equal steps from 0 on, or values that
+            are not finite.
     """
     if message.header.frame_id != WORLD:
         raise DataError(
@@ -49,6 +50,11 @@ def forecast_from_message(
             expected="K >= 2 times, 12 K means, 36 K covariances",
         )
     times = np.asarray(message.times, dtype=float)
+    if not _even(times):
+        raise DataError(
+            f"prediction of {message.body_id!r} is for {times[0]:g}, {times[1]:g} ... {times[-1]:g} s",
+            expected="0 first, and equal steps from each to the next",
+        )
     covariance = np.asarray(message.covariance, dtype=float).reshape(count, 4, 3, 3)
     if not np.isfinite(covariance).all():
         raise DataError(f"prediction of {message.body_id!r} has covariances that are not finite")
@@ -59,6 +65,15 @@ def forecast_from_message(
         covariance,
         radii,
     )
+
+
+def _even(times: FloatArray) -> bool:
+    """Whether times begin with 0 and go on in equal steps, but for rounding."""
+    if not np.isfinite(times).all():
+        return False
+    steps = np.diff(times)
+    begins = abs(times[0]) < 1e-6 < steps[0]
+    return bool(begins and np.allclose(steps, steps[0], rtol=1e-3, atol=0.0))
 
 
 def check_side(message: HumanPrediction) -> None:

@@ -17,8 +17,9 @@ LOOKING = 5
 class Heartbeat:
     """The speed scale of a node that moves the robot.
 
-    The robot goes as fast as the last one said, and as long as anybody does: beside a monitor, this would
-    overrule it, and keep the robot going when the monitor dies. As soon as there is one it says nothing
+    The robot goes as long as anybody says anything, and where the controller has no `heartbeat_timeout` as
+    fast as the last one said: beside a monitor, this would overrule it, and keep the robot going when the
+    monitor dies. As soon as there is one it says nothing
     any more, for good: a monitor that has ended stops the robot.
 
     Args:

@@ -20,6 +20,7 @@ from hri_prediction.errors import DataError
 from hri_prediction.geometry.segments import capsule_distances
 from hri_prediction.ros.messages import ControllerState, HumanPrediction
 from hri_prediction.ros.time import to_ns
+from hri_prediction.tracked_lists import TrackedLists
 
 FloatArray = NDArray[np.float64]
 NOBODY = 1e9
@@ -32,7 +33,7 @@ class RobotInputs(ABC):
 
     Attributes:
         radii: Of a person's upper arm, forearm and hand (3,) [m].
-        tracked: Who is tracked; none while nobody has said so.
+        lists: Who is tracked, as all sources say.
         reference: What the controller said last.
         reference_fault: What is wrong with the controller's newest reference; empty when it is used.
         joints_ns: Stamp of the newest joint states [ns].
@@ -44,7 +45,7 @@ class RobotInputs(ABC):
     """What is heard of people."""
 
     radii: FloatArray
-    tracked: tuple[str, ...] | None = None
+    lists: TrackedLists = field(default_factory=TrackedLists)
     reference: ControllerState | None = None
     reference_fault: str = ""
     joints_ns: int | None = None
@@ -77,8 +78,14 @@ class RobotInputs(ABC):
             np.array(self.reference.reference_velocity),
         )
 
-    def heard(self) -> Heard:
-        """What was heard, and from when."""
+    @property
+    def tracked(self) -> tuple[str, ...] | None:
+        """Who is tracked; none while nobody has said so."""
+        return self.lists.ids
+
+    def heard(self, now_ns: int) -> Heard:
+        """What was heard, and from when; ``now_ns`` is the time [ns]."""
+        unlisted = self.lists.trouble(now_ns)
         reference, controller = self.reference, None
         if reference is not None:
             controller = Controller(
@@ -95,6 +102,7 @@ class RobotInputs(ABC):
             self.tracked,
             self.people_heard(),
             self.what,
+            unlisted,
         )
 
     @abstractmethod

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,14 +16,20 @@ from hri_planner.separation.monitor import ArmPrediction
 from hri_planner.separation.parts import SeenArm
 from hri_planner.separation.track import ArmWatch
 from hri_prediction.arm.geometry import KEYPOINTS, SIDES
+from hri_prediction.beat import Beat
 from hri_prediction.errors import DataError
 from hri_prediction.ros.conversions import check_finite, sample_from_message
 from hri_prediction.ros.messages import HumanArm, HumanPrediction
 from hri_prediction.ros.node import HriNode
 from hri_prediction.ros.qos import PREDICTIONS, SENSOR
 from hri_prediction.ros.time import NANO, to_ns
+from hri_prediction.tracked_lists import TrackedLists
 
 FloatArray = NDArray[np.float64]
+Near = Callable[[Sequence[SeenArm], FloatArray], bool]
+"""Whether somebody is near the robot: their arms, and points (n, 3) [m] of arms that were seen in part."""
+PUBLISHERS_NS = NANO
+"""So often it is looked whether somebody sends those who are gone [ns]."""
 ARM_LENGTH = 0.6
 """From shoulder to hand tip, about [m]: so far an arm that nobody sees may be ahead of what is seen."""
 
@@ -35,16 +41,31 @@ class People:
     Attributes:
         config: How old samples may be, and what is doubted.
         measures: Whether speeds are wanted.
-        tracked: Who is tracked; none while nobody has said so.
+        lists: Who is tracked, as all sources say.
+        lost: Who was near the robot when they were seen last, or since, and is no longer listed.
     """
 
     config: ReleaseConfig
     measures: bool = True
-    tracked: tuple[str, ...] | None = None
+    lists: TrackedLists = field(init=False)
+    lost: dict[str, None] = field(default_factory=dict)
     _watches: dict[str, dict[str, ArmWatch]] = field(default_factory=dict)
     _predictions: dict[str, dict[str, HumanPrediction]] = field(default_factory=dict)
     _left: dict[str, int] = field(default_factory=dict)
+    _were: dict[str, list[SeenArm]] = field(default_factory=dict)
+    _near: dict[str, bool] = field(default_factory=dict)
+    _fresh: set[str] = field(default_factory=set)
+    _again: set[str] = field(default_factory=set)
     _now_ns: int = 0
+
+    def __post_init__(self) -> None:
+        """Begin with nobody."""
+        self.lists = TrackedLists(self.config.max_list_age)
+
+    @property
+    def tracked(self) -> tuple[str, ...] | None:
+        """Who is tracked; none while nobody has said so."""
+        return self.lists.ids
 
     def take_arm(self, message: HumanArm, now_ns: int) -> None:
         """Take a sample.
@@ -62,8 +83,10 @@ class People:
             )
         arms = self._watches.setdefault(message.body_id, {})
         watch = arms.setdefault(sample.side, ArmWatch(sample.side, self.config, self.measures))
-        jumps = watch.jumps
+        jumps, newest_ns = watch.jumps, watch.newest_ns
         watch.add(sample.stamp_ns, sample.keypoints)
+        if watch.newest_ns != newest_ns:
+            self._saw(message.body_id, now_ns)
         if watch.jumps != jumps:
             raise DataError(
                 f"the {sample.side} arm of {message.body_id} jumps",
@@ -71,6 +94,14 @@ class People:
                 hint="swapped markers, or two sources of one body: it is reckoned with in both places "
                 "for a while",
             )
+
+    def _saw(self, body_id: str, now_ns: int) -> None:
+        self._fresh.add(body_id)
+        self._again.add(body_id)
+        if any(not watch.missing for watch in self._watches[body_id].values()):
+            self._were.pop(body_id, None)
+        if body_id not in (self.tracked or ()):
+            self._left.setdefault(body_id, now_ns)
 
     def take_prediction(self, message: HumanPrediction, radii: FloatArray) -> None:
         """Take what is predicted of one of a body's arms; an invalid prediction is none.
@@ -87,32 +118,75 @@ class People:
 
     def forget_body(self, body_id: str) -> None:
         """A body is no longer listed; it is reckoned with until it has not been seen for a while."""
-        self._left.setdefault(body_id, self._now_ns)
+        if body_id in self._watches or body_id in self._were:
+            self._left.setdefault(body_id, self._now_ns)
         self._predictions.pop(body_id, None)
 
-    def gone(self, now_ns: int) -> list[str]:
+    def gone(self, now_ns: int, near: Near) -> list[str]:
         """Bodies that are not listed, and have not been seen for so long that they count as gone.
 
-        They are forgotten. Who is not on the list, and is still seen, is there: the list may be that of
-        another source, which knows nothing of them.
+        They are forgotten. Who is not on the list, and is still seen, is there. Nor is somebody forgotten
+        who was near the robot when they were seen last, or to whom it has come since: that they were lost
+        is only over when they are listed and seen again.
+
+        Args:
+            now_ns: The time [ns].
+            near: Whether somebody is near the robot.
         """
         self._now_ns = now_ns
         listed = self.tracked or ()
+        for body_id in {**self._watches, **self._were}:
+            if body_id not in listed:
+                self._left.setdefault(body_id, now_ns)
         self._left = {
             body_id: min(left_ns, now_ns)  # the clock may have gone back
             for body_id, left_ns in self._left.items()
             if body_id not in listed
         }
+        self._look_for_robot(now_ns, near)
+        self.lost = {
+            body_id: None
+            for body_id in self.lost
+            if not (body_id in listed and body_id in self._again)
+        }
         leaving_ns = round(self.config.leaving_time * NANO)
-        found = [
-            body_id
-            for body_id, left_ns in self._left.items()
-            if now_ns > max(left_ns, self._newest_ns(body_id)) + leaving_ns
-        ]
-        for body_id in found:
-            del self._left[body_id]
-            self._watches.pop(body_id, None)
+        found = []
+        for body_id, left_ns in list(self._left.items()):
+            unseen = now_ns > max(left_ns, self._newest_ns(body_id)) + leaving_ns
+            if not unseen or body_id in self.lost:
+                continue
+            if self._near.get(body_id):
+                self.lost[body_id] = None
+                self._again.discard(body_id)
+            else:
+                self._drop(body_id)
+                found.append(body_id)
         return found
+
+    def _look_for_robot(self, now_ns: int, near: Near) -> None:
+        """Find out who is near the robot, of those who are not listed, or not seen since the last look."""
+        listed = self.tracked or ()
+        for body_id in {**self._watches, **self._were}:
+            fresh = body_id in self._fresh
+            if fresh and body_id in listed:
+                self._near.pop(body_id, None)
+            elif fresh or not self._near.get(body_id):
+                watches = self._watches.get(body_id, {}).values()
+                places = [watch.places for watch in watches if watch.missing]
+                points = np.concatenate(places) if places else np.empty((0, 3))
+                points = points[~np.isnan(points[:, 0])]
+                self._near[body_id] = near(self._arms_of(body_id, now_ns), points)
+        self._fresh.clear()
+
+    def _drop(self, body_id: str) -> None:
+        del self._left[body_id]
+        self._again.discard(body_id)
+        for known in (self._watches, self._were, self._near):
+            known.pop(body_id, None)
+
+    def knows(self, body_id: str) -> bool:
+        """Whether a body is listed, or reckoned with."""
+        return body_id in (self.tracked or ()) or body_id in self._left
 
     def unlisted(self, now_ns: int) -> list[str]:
         """Bodies that are not listed and still seen."""
@@ -128,7 +202,13 @@ class People:
         return max((watch.newest_ns or 0 for watch in arms), default=0)
 
     def forget(self) -> None:
-        """Drop all that was seen, because its stamps mean nothing any more."""
+        """The clock went back: stamps of what was seen mean nothing any more, places do."""
+        for body_id, watches in self._watches.items():
+            if arms := [arm.doubted() for arm in self._arms_of(body_id, self._now_ns)]:
+                self._were[body_id] = arms
+            if any(watch.missing for watch in watches.values()):
+                self._near[body_id] = True
+        self._fresh.clear()
         self._watches.clear()
         self._predictions.clear()
 
@@ -142,32 +222,49 @@ class People:
         if self.tracked is None:
             return "nothing says who is tracked" if self.config.require_tracking else ""
         for body_id in self.tracked:
-            arms = self._watches.get(body_id, {})
-            if not arms:
+            if body_id not in self._watches:
                 return f"no arm of {body_id} yet"
-            unheard = [side for side in SIDES if side not in arms]
-            if unheard and self.config.arms == BOTH:
-                return f"the {unheard[0]} arm of {body_id} was never seen (arms:=seen does without)"
-            for side, watch in arms.items():
-                if watch.newest_ns is None or watch.missing:
-                    unseen = " and ".join(KEYPOINTS[k].replace("_", " ") for k in watch.missing)
-                    return f"the {unseen} of {body_id}'s {side} arm was never seen"
-                age = (now_ns - watch.newest_ns) / NANO
-                if age > self.config.max_sample_age:
-                    return f"the {side} arm of {body_id} was last seen {_ago(age)}"
+            if unseen := self._unseen(body_id, now_ns):
+                return unseen
+        for body_id in self._left:
+            # One that is no longer seen is leaving; but so far all of them is to have been seen.
+            if unseen := self._unseen(body_id, self._newest_ns(body_id)):
+                return unseen
+        for body_id in self.lost:
+            return f"{body_id} was lost beside the robot, and is no longer listed"
+        return self.lists.trouble(now_ns) if self.config.require_tracking else ""
+
+    def _unseen(self, body_id: str, time_ns: int) -> str:
+        """What was not seen of somebody by then [ns], of whom something was; empty when all was."""
+        arms = self._watches.get(body_id, {})
+        unheard = [side for side in SIDES if side not in arms]
+        if arms and unheard and self.config.arms == BOTH:
+            return f"the {unheard[0]} arm of {body_id} was never seen (arms:=seen does without)"
+        for side, watch in arms.items():
+            if watch.newest_ns is None or watch.missing:
+                unseen = " and ".join(KEYPOINTS[k].replace("_", " ") for k in watch.missing)
+                return f"the {unseen} of {body_id}'s {side} arm was never seen"
+            age = (time_ns - watch.newest_ns) / NANO
+            if age > self.config.max_sample_age:
+                return f"the {side} arm of {body_id} was last seen {_ago(age)}"
         return ""
 
     def arms(self, now_ns: int) -> dict[str, list[SeenArm]]:
         """The arms of everybody who is tracked, or was until a while ago, by body id."""
         self._now_ns = now_ns
-        found = {}
-        for body_id, watches in self._watches.items():
-            arms = [arm for watch in watches.values() for arm in watch.at(now_ns)]
-            if body_id in (self.tracked or ()):
-                found[body_id] = arms
-            elif arms:
-                found[body_id] = [arm.doubted() for arm in arms]
-        return found
+        found = {
+            body_id: self._arms_of(body_id, now_ns) for body_id in {**self._watches, **self._were}
+        }
+        listed = self.tracked or ()
+        return {body_id: arms for body_id, arms in found.items() if arms or body_id in listed}
+
+    def _arms_of(self, body_id: str, now_ns: int) -> list[SeenArm]:
+        """The arms of somebody; doubted, where they are not listed or were seen by another clock."""
+        watches = self._watches.get(body_id, {})
+        arms = [arm for watch in watches.values() for arm in watch.at(now_ns)]
+        if body_id not in (self.tracked or ()):
+            arms = [arm.doubted() for arm in arms]
+        return arms + self._were.get(body_id, [])
 
     def predictions(self, now_ns: int) -> Mapping[tuple[str, str], ArmPrediction]:
         """What is predicted, by body id and side; of a dead predictor nothing."""
@@ -207,13 +304,20 @@ def _ago(seconds: float) -> str:
 
 
 class WatchedArms(BodyTopics):
-    """Arms of tracked bodies, as motion capture says."""
+    """Arms of tracked bodies, as motion capture says.
+
+    Args:
+        node: Subscribes.
+        people: Get the samples.
+        near: Whether somebody is near the robot.
+    """
 
     what, message, qos = "arm", HumanArm, SENSOR
 
-    def __init__(self, node: HriNode, people: People) -> None:
+    def __init__(self, node: HriNode, people: People, near: Near) -> None:
         super().__init__(node, people)
-        self._people = people
+        self._people, self._near = people, near
+        self._beat = Beat(PUBLISHERS_NS)
 
     def take_one(self, body_id: str, message: HumanArm) -> None:
         """Take a sample."""
@@ -221,13 +325,18 @@ class WatchedArms(BodyTopics):
         check_finite(message)
 
     def leave(self, body_id: str) -> None:
-        """Nobody lists the body any more; it is listened to until it is gone."""
+        """Nobody lists the body any more; it is listened to as long as somebody may send it."""
         self._people.forget_body(body_id)
 
     def look(self, now_ns: int) -> None:
-        """Listen no longer to who is gone."""
-        for body_id in self._people.gone(now_ns):
-            if body_id in self._topics:
+        """Listen no longer to who is gone and whom nobody sends: who is sent may come back into sight."""
+        self._people.gone(now_ns, self._near)
+        if not self._beat.due(now_ns):
+            return
+        for body_id in [known for known in self._topics if not self._people.knows(known)]:
+            if not self._node.count_publishers(
+                self._node.resolve_topic_name(self._topics[body_id])
+            ):
                 self.unsubscribe(body_id)
 
 

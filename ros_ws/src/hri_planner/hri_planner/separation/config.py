@@ -31,7 +31,8 @@ class ProtectiveDistanceConfig:
         "How fast people come nearer. assumed: as fast as arm_speed and body_speed say, always; "
         "measured: as "
         "fast as they are seen to, and what human_acceleration makes of that; predicted: as far as the "
-        "predictor says, with prediction_sigmas; whom it says nothing of counts as assumed",
+        "predictor says, with prediction_sigmas, and what human_acceleration makes of that; whom it says "
+        "nothing of, or is not seen where it says, counts as assumed",
         choices=HUMAN_MODES,
     )
     arm_speed: float = parameter(
@@ -51,9 +52,9 @@ class ProtectiveDistanceConfig:
     )
     human_acceleration: float = parameter(
         7.0,
-        "Acceleration of a person that is reckoned with, where speeds are measured. Point to point "
-        "reaches of "
-        "half a second over 0.3 m peak at 7 (minimum jerk: 5.77 D/T^2), usual ones at 2 to 4",
+        "Acceleration of a person that is reckoned with, where speeds are measured; with predictions, how "
+        "far it may be from the predicted one. Point to point reaches of half a second over 0.3 m peak at "
+        "7 (minimum jerk: 5.77 D/T^2), usual ones at 2 to 4",
         unit="m/s^2",
         low=0.0,
         high=100.0,
@@ -82,17 +83,19 @@ class ProtectiveDistanceConfig:
     )
     stamp_error: float = parameter(
         0.005,
-        "How much older a person's samples may be than their stamps say: by what clocks differ, and by the "
-        "time from exposure to stamp that nobody knows; added to their ages, S_h",
+        "How much older samples may be than their stamps say, of people and of joints: by what clocks "
+        "differ, and by the time from exposure to stamp that nobody knows; added to their ages, S_h, S_r "
+        "and S_s",
         unit="s",
         low=0.0,
         high=0.2,
     )
     reaction_time: float = parameter(
-        0.024,
-        "From what is heard to where the robot begins to slow down, at the latest: a period of the "
-        "monitor, "
-        "transport, a period of the controller; S_h and S_r. Ages of samples are measured and come on top",
+        0.048,
+        "From the time that is decided with to where the robot begins to slow down, at the latest, "
+        "whatever becomes of the monitor: 4 ms until it has said what it decided (later it does not), 12 "
+        "ms of transport and of a period of the controller, and the controller's heartbeat_timeout, 32 "
+        "ms; S_h and S_r. Ages of samples are measured and come on top",
         unit="s",
         low=0.0,
         high=2.0,
@@ -113,8 +116,9 @@ class ProtectiveDistanceConfig:
     )
     robot_acceleration: float = parameter(
         10.0,
-        "How much faster than now any point of the robot may become a second at full speed; S_r and S_s. "
-        "Planned motions of the table scene: up to 8.9 through 0.1 s",
+        "How much faster than now any point of the robot may become a second at full speed, and at a rate "
+        "as much less as its square says; S_r and S_s. Planned motions of the table scene: up to 8.9 "
+        "through 0.1 s",
         unit="m/s^2",
         low=0.0,
         high=100.0,
@@ -248,6 +252,14 @@ class ReleaseConfig:
     max_joint_age: float = parameter(
         0.1, "Joint states older than this stop the robot", unit="s", low=0.01, high=2.0
     )
+    joint_speed_error: float = parameter(
+        0.15,
+        "Joint speeds that differ by more from what the joint angles of 20 ms make of them stop the robot: "
+        "S_r and S_s would be too small with them",
+        unit="rad/s",
+        low=0.01,
+        high=5.0,
+    )
     max_sample_age: float = parameter(
         0.085,
         "An arm that has not been seen for so long stops the robot",
@@ -256,8 +268,9 @@ class ReleaseConfig:
         high=2.0,
     )
     max_future: float = parameter(
-        0.010,
-        "Stamps farther ahead of the clock than that are refused, of people, joints and controller alike",
+        0.005,
+        "Stamps farther ahead of the clock than that are refused, of people, joints and controller alike. "
+        "At most stamp_error, which is to cover what clocks differ by",
         unit="s",
         low=0.0,
         high=0.1,
@@ -291,9 +304,26 @@ class ReleaseConfig:
         "more are tracked; `intrusion` is then to cover the other",
         choices=(BOTH, SEEN),
     )
+    leave_distance: float = parameter(
+        0.5,
+        "Who was nearer to the robot than that when they were seen last, or since, is not forgotten though "
+        "no longer listed: the robot rests until they are listed and seen again, or the monitor is started "
+        "anew. Capture sees the way out of somebody who leaves, not of one who is lost beside the robot",
+        unit="m",
+        low=0.0,
+        high=5.0,
+    )
     require_tracking: bool = parameter(
         True,
-        "Do not let the robot move before a source says who is tracked (an empty list is an answer)",
+        "Do not let the robot move unless a source says who is tracked (an empty list is an answer)",
+    )
+    max_list_age: float = parameter(
+        0.12,
+        "A source that has not said who is tracked for so long is gone, or hangs: somebody may be there "
+        "whom nobody lists, and the robot rests",
+        unit="s",
+        low=0.02,
+        high=10.0,
     )
 
     def __post_init__(self) -> None:

@@ -39,7 +39,9 @@ from hri_planner.separation.pairs import (
     robot_ends,
 )
 from hri_planner.separation.parts import Part, SeenArm, parts_of
+from hri_planner.separation.predicted import NOISE_SIGMAS, ArmPrediction, believed
 from hri_planner.separation.robot_state import RobotState
+from hri_planner.separation.robot_watch import PathWatch
 from hri_planner.separation.travel import (
     ASSUMED_MODE,
     CONTACT_SPEED,
@@ -53,6 +55,7 @@ from hri_planner.separation.travel import (
     PREDICTED_MODE,
     REACTION,
     ROBOT_ACCELERATION,
+    ROBOT_AGE,
     ROBOT_SPEED,
     S_H,
     S_R,
@@ -63,6 +66,7 @@ from hri_planner.separation.travel import (
     START_SPEED,
     STOPPING,
 )
+from hri_prediction.errors import ConfigError
 
 FloatArray = NDArray[np.float64]
 NANO = 1_000_000_000
@@ -76,27 +80,6 @@ class State(IntEnum):
     FREE = 0
     SLOWED = 1
     STOPPED = 2
-
-
-NOISE_SIGMAS = 3.0
-"""Standard deviations of noise that are reckoned with in a measured speed."""
-
-
-@dataclass(frozen=True, eq=False)
-class ArmPrediction:
-    """Where an arm is predicted to be.
-
-    Attributes:
-        age_s: How long ago the newest sample behind it was taken [s].
-        times_s: Predicted instants from then on (k,) [s].
-        mean: Shoulder, elbow, wrist, hand tip (k, 4, 3) [m].
-        covariance: (k, 4, 3, 3) [m²].
-    """
-
-    age_s: float
-    times_s: FloatArray
-    mean: FloatArray
-    covariance: FloatArray
 
 
 @dataclass(frozen=True)
@@ -152,6 +135,13 @@ class SeparationMonitor:
         distance: What the protective distance is made of.
         body: What people are made of.
         release: When the robot is slowed, stopped and let go.
+
+    Attributes:
+        path: What paths have asked of the robot so far.
+        disbelieved: Arms, by body id and side, that are not seen where they were predicted to be by now.
+
+    Raises:
+        ConfigError: when stamps may be farther ahead than clocks are reckoned to differ.
     """
 
     def __init__(
@@ -161,7 +151,15 @@ class SeparationMonitor:
         body: BodyConfig,
         release: ReleaseConfig,
     ) -> None:
+        if release.max_future > distance.stamp_error:
+            raise ConfigError(
+                f"max_future = {release.max_future:g} s, stamp_error = {distance.stamp_error:g} s",
+                expected="max_future no larger than stamp_error",
+                hint="a stamp that is farther ahead shows that clocks differ by more than is reckoned with",
+            )
         self._robot, self._distance, self._body, self._release = robot, distance, body, release
+        self.path = PathWatch()
+        self.disbelieved: frozenset[tuple[str, str]] = frozenset()
         self._par = parameter_vector(distance)
         self._ends, self._moving = np.empty((4, 3)), np.empty((4, 3))
         self._row = np.zeros(ROW)
@@ -192,8 +190,10 @@ class SeparationMonitor:
             predictions: By body id and side, for human = predicted.
             trouble: Why the robot must not move whatever the distance; empty: nothing.
         """
+        self.disbelieved = frozenset()
         if robot is None:
             return self._stop(trouble or "nobody knows where the robot is")
+        path_speed = self._path_speed(now_ns, robot)
         unseen = [who for who, arms in people.items() if not arms]
         if unseen and not trouble:
             trouble = f"no arm of {unseen[0]} yet"
@@ -201,13 +201,9 @@ class SeparationMonitor:
         if not parts:
             return self._stop(trouble) if trouble else self._command(now_ns, 1.0, 1.0, None)
         arrays = self._arrays(parts, predictions or {})
-        # The robot has gone on since it was measured.
-        self._par[REACTION] = self._distance.reaction_time + robot.age_s
+        # Measured by another clock.
+        self._par[ROBOT_AGE] = robot.age_s + self._distance.stamp_error
         ends, moving, row = self._ends, self._moving, self._row
-        path_speed = -1.0
-        if robot.path_qd is not None:
-            robot_ends(robot.q, robot.path_qd, self._robot.lengths, ends, moving)
-            path_speed = fastest_of(moving)
         robot_ends(robot.q, robot.qd, self._robot.lengths, ends, moving)
         least_allowed(
             ends,
@@ -226,6 +222,15 @@ class SeparationMonitor:
         if trouble:
             return self._stop(trouble, row, part, mode)
         return self._command(now_ns, float(row[SCALE]), float(row[RAISED]), (row, part, mode))
+
+    def _path_speed(self, now_ns: int, robot: RobotState) -> float:
+        """Of the fastest point of the path, at full rate [m/s]; below 0: not known."""
+        if robot.path_qd is None:
+            self.path.take(now_ns, robot.rate, None)
+            return -1.0
+        robot_ends(robot.q, robot.path_qd, self._robot.lengths, self._ends, self._moving)
+        self.path.take(now_ns, robot.rate, self._moving)
+        return fastest_of(self._moving)
 
     def _slowest(self, now_ns: int, rate: float) -> float:
         """The least rate of as long as the arm needs to follow: what it does now is of then."""
@@ -307,12 +312,9 @@ class SeparationMonitor:
     ) -> PartArrays:
         """All parts as arrays for the kernel."""
         config = self._distance
-        used: dict[int, ArmPrediction] = {}
+        used: Mapping[int, ArmPrediction] = {}
         if config.human == PREDICTED:
-            for index, part in enumerate(parts):
-                found = predictions.get((part.body_id, part.side)) if part.side else None
-                if found is not None:
-                    used[index] = found
+            used, self.disbelieved = believed(parts, predictions, config, self._par)
         instants = max((len(p.times_s) for p in used.values()), default=1)
         arrays = self._buffers
         if arrays is None or arrays.times.shape != (len(parts), instants):
@@ -343,6 +345,7 @@ def parameter_vector(config: ProtectiveDistanceConfig) -> FloatArray:
     """The parameters as the kernels take them, see :mod:`travel`."""
     par = np.empty(PARAMETERS)
     par[REACTION] = config.reaction_time
+    par[ROBOT_AGE] = config.stamp_error
     par[STOPPING] = config.stopping_time
     par[SETTLING] = config.settling_time
     par[ROBOT_ACCELERATION] = config.robot_acceleration

@@ -3,7 +3,8 @@
 Nothing is guessed: a keypoint that is not seen stays where it was and grows old, and with its age grows
 how far it may have gone. A limb that jumps faster than any moves is reckoned with where it is said to be
 and, for a while, where it was: either may be true, when markers were swapped or two sources speak of one
-person.
+person. So is one that a sample which comes late has elsewhere than those about the same time: of two
+sources the later one may be right.
 """
 
 from __future__ import annotations
@@ -36,6 +37,7 @@ class _Doubted:
     until_ns: int
     since_ns: NDArray[np.int64]
     keypoints: FloatArray
+    late: bool = False
 
 
 @dataclass(eq=False)
@@ -48,7 +50,7 @@ class ArmWatch:
         measures: Whether speeds are told; else they are not known.
 
     Attributes:
-        jumps: Jumps so far.
+        jumps: Jumps so far, and late samples that are elsewhere.
     """
 
     side: str
@@ -62,6 +64,7 @@ class ArmWatch:
     _ring: FloatArray = field(default_factory=lambda: np.full((RING, 4, 3), np.nan))
     _span: NDArray[np.int64] = field(default_factory=lambda: np.zeros(2, dtype=np.int64))
     _doubted: deque[_Doubted] = field(default_factory=lambda: deque(maxlen=MOST_DOUBTED))
+    _heard: deque[tuple[int, FloatArray]] = field(default_factory=lambda: deque(maxlen=RING))
 
     @property
     def newest_ns(self) -> int | None:
@@ -73,8 +76,13 @@ class ArmWatch:
         """Keypoints that have never been seen."""
         return tuple(int(k) for k in np.flatnonzero(np.isnan(self._places[:, 0])))
 
+    @property
+    def places(self) -> FloatArray:
+        """Where each keypoint was seen last (4, 3) [m]; NaN where it never was."""
+        return self._places
+
     def add(self, stamp_ns: int, keypoints: FloatArray) -> None:
-        """Take a sample; one that is no newer than the newest says nothing.
+        """Take a sample; one that is no newer than the newest says nothing new, or is a jump.
 
         Args:
             stamp_ns: Capture time [ns].
@@ -83,8 +91,6 @@ class ArmWatch:
         Raises:
             DataError: when upper arm or forearm is as long as none is; the sample is not taken.
         """
-        if self._newest_ns is not None and stamp_ns <= self._newest_ns:
-            return
         if np.isnan(keypoints[:, 0]).all():
             return
         low, high = SEGMENT_M
@@ -107,6 +113,11 @@ class ArmWatch:
                 expected=f"{low:g} to {high:g} m",
                 hint="check the unit: positions are in metres",
             )
+        if self._newest_ns is not None and stamp_ns <= self._newest_ns:
+            if self._elsewhere(stamp_ns, keypoints):
+                self.jumps += 1
+                self._doubt_late(stamp_ns, keypoints)
+            return
         if verdict == JUMPS:
             self.jumps += 1
             if not self.missing:
@@ -114,6 +125,7 @@ class ArmWatch:
                 self._doubted.append(_Doubted(until, self._seen_ns.copy(), self._places.copy()))
             self._span[:] = 0
         self._newest_ns = stamp_ns
+        self._heard.append((stamp_ns, keypoints.copy()))
         store(
             stamp_ns,
             keypoints,
@@ -125,6 +137,40 @@ class ArmWatch:
             WINDOW_NS,
         )
 
+    def _elsewhere(self, stamp_ns: int, keypoints: FloatArray) -> bool:
+        """Whether a late sample has a keypoint where it cannot have been, by those about that time.
+
+        Args:
+            stamp_ns: Its capture time [ns].
+            keypoints: (4, 3) [m].
+        """
+        before = [one for one in self._heard if one[0] <= stamp_ns][-1:]
+        after = [one for one in self._heard if one[0] > stamp_ns][:1]
+        apart = [self._is_apart(stamp_ns, keypoints, *one) for one in (*before, *after)]
+        return bool(apart) and all(apart)
+
+    def _is_apart(
+        self, stamp_ns: int, keypoints: FloatArray, other_ns: int, other: FloatArray
+    ) -> bool:
+        """Whether no arm is so fast as to be in both of two places [m] at their times [ns]."""
+        reach = self.config.plausible_speed * abs(stamp_ns - other_ns) / NANO + JUMP_M
+        return bool((np.linalg.norm(keypoints - other, axis=1) > reach).any())  # NaN is not
+
+    def _doubt_late(self, stamp_ns: int, keypoints: FloatArray) -> None:
+        """Reckon with where a late sample has the arm, in place of where its source had it before."""
+        if self.missing or self._newest_ns is None:
+            return
+        seen = ~np.isnan(keypoints[:, 0])
+        places = np.where(seen[:, None], keypoints, self._places)
+        since = np.where(seen, stamp_ns, self._seen_ns)
+        for doubted in self._doubted:
+            then_ns = int(doubted.since_ns.max())
+            if doubted.late and not self._is_apart(stamp_ns, places, then_ns, doubted.keypoints):
+                self._doubted.remove(doubted)
+                break
+        until = self._newest_ns + round(self.config.doubt_time * NANO)
+        self._doubted.append(_Doubted(until, since, places, late=True))
+
     def at(self, now_ns: int) -> list[SeenArm]:
         """The arm, and where it was before it jumped, if that is doubted; none before all was seen."""
         if self.missing:
@@ -132,8 +178,8 @@ class ArmWatch:
         speeds, spreads, half = self._speeds()
         age = np.maximum((now_ns - self._seen_ns) / NANO, 0.0)
         arms = [SeenArm(self.side, self._places.copy(), age, speeds, spreads, half)]
-        while self._doubted and self._doubted[0].until_ns < now_ns:
-            self._doubted.popleft()
+        for doubted in [each for each in self._doubted if each.until_ns < now_ns]:
+            self._doubted.remove(doubted)
         for doubted in self._doubted:
             age = np.maximum((now_ns - doubted.since_ns) / NANO, 0.0)
             arms.append(replace(arms[0], keypoints=doubted.keypoints, age_s=age).doubted())

@@ -25,9 +25,9 @@ TERMS = 5
 # Places in the vector of parameters.
 (
     REACTION, STOPPING, SETTLING, ROBOT_ACCELERATION, START_SPEED, FIXED, HUMAN_ACCELERATION,
-    SPEED_ERROR, NOISE, SIGMAS, EVASION, CONTACT_SPEED,
-) = range(12)  # fmt: skip
-PARAMETERS = 12
+    SPEED_ERROR, NOISE, SIGMAS, EVASION, CONTACT_SPEED, ROBOT_AGE,
+) = range(13)  # fmt: skip
+PARAMETERS = 13
 
 SLOWEST_SEEN = 0.1
 """At a lower rate the robot's measured speed says too little of what it would be at full rate."""
@@ -54,8 +54,10 @@ def robot_travel(
         speed = toward * scale / rate
     else:
         speed = max(toward, (path_speed if path_speed >= 0.0 else par[START_SPEED]) * scale)
-    grown = par[ROBOT_ACCELERATION]
-    reaction, stop = par[REACTION], par[STOPPING] * scale
+    # At a rate the path is both slower and gone through more slowly.
+    grown = par[ROBOT_ACCELERATION] * scale * scale
+    # It has gone on since it was measured.
+    reaction, stop = par[REACTION] + par[ROBOT_AGE], par[STOPPING] * scale
     at_stop = max(speed + grown * reaction, 0.0)
     # The rate falls linearly; what the path gains meanwhile falls with it.
     terms[S_R] = max(speed * reaction + 0.5 * grown * reaction * reaction, 0.0)
@@ -114,17 +116,19 @@ def human_travel(
         way = fastest * span
         if mode != ASSUMED_MODE and seen - error > fastest:
             way = (seen - error) * span
-        if mode == MEASURED_MODE:
+        if mode != ASSUMED_MODE and not math.isnan(directed):  # else too few samples for a speed
             # The measured speed is that of the middle of the window.
             gained = par[HUMAN_ACCELERATION] * span * (half_window + 0.5 * span)
-            if not math.isnan(directed):  # too few samples for a speed
-                way = min(way, max(directed * span + gained, 0.0))
-        elif mode == PREDICTED_MODE and not math.isnan(directed):
-            # Whatever is predicted, they go on at least as they are seen to.
-            predicted = _predicted(
-                span + ahead[end], ends[end], outward, times, mean[end], covariance[end], par
-            )
-            way = min(way, max(predicted, directed * span, 0.0))
+            going = directed * span + gained
+            if mode == PREDICTED_MODE:
+                # Who is predicted to slow down may speed up all the same: a prediction only makes it surer
+                # how fast they are.
+                predicted = _predicted(
+                    span, ahead[end], half_window, ends[end], outward, times, mean[end],
+                    covariance[end], par,
+                )  # fmt: skip
+                going = max(predicted, seen * span + gained, directed * span)
+            way = min(way, max(going, 0.0))
         if math.isnan(way):
             terms[S_H] = terms[HUMAN_SPEED] = math.nan
             return math.nan
@@ -136,18 +140,66 @@ def human_travel(
 
 
 @njit
+def instant_of(times: Any, at: float) -> tuple[int, float]:
+    """The predicted instant before a time, and the share of the way to the next at which it is.
+
+    Args:
+        times: Of the predicted instants (k,) [s], k > 1; what is -inf comes after them.
+        at: The time [s]; before the first instant that counts, after the last one the last.
+    """
+    index = 0
+    last = len(times) - 1
+    while index + 1 < last and times[index + 1] <= at and times[index + 2] > times[index + 1]:
+        index += 1
+    step = times[index + 1] - times[index]
+    return index, min(max((at - times[index]) / step, 0.0), 1.0)
+
+
+@njit
 def _predicted(
-    horizon: float, place: Any, outward: Any, times: Any, mean: Any, covariance: Any, par: Any
+    span: float,
+    ahead: float,
+    half_window: float,
+    place: Any,
+    outward: Any,
+    times: Any,
+    mean: Any,
+    covariance: Any,
+    par: Any,
 ) -> float:
-    """How far a place is predicted to come within a time, with the spread that is reckoned with [m]."""
-    farthest = 0.0
+    """How far a place may come within a time, by what is predicted [m].
+
+    With the spread that is reckoned with, and what people may do otherwise than predicted: what they began
+    after the middle of the samples that they were seen by, with an acceleration of their own.
+    """
+    # A place that was not seen in the newest sample is told there by the others: that is no sight of it.
+    horizon, unseen = span + ahead, max(-ahead, 0.0)
+    # Whoever is nearer than they are predicted to be by now goes on from where they are.
+    farthest, nearer = 0.0, 0.0
+    index, share = instant_of(times, ahead)
+    for k in range(3):
+        now = mean[index, k] + share * (mean[index + 1, k] - mean[index, k])
+        nearer += (place[k] - now) * outward[k]
+    nearer = max(nearer, 0.0)
     for index in range(len(times)):
-        way, spread = 0.0, 0.0
+        way, spread = nearer, 0.0
+        # The last instant is the horizon itself, which lies between two that are predicted.
+        back = 0.0
+        if index > 0 and times[index] > horizon:
+            back = min((times[index] - horizon) / (times[index] - times[index - 1]), 1.0)
         for k in range(3):
-            way += (mean[index, k] - place[k]) * outward[k]
+            at = mean[index, k]
+            if back > 0.0:
+                at -= back * (at - mean[index - 1, k])
+            way += (at - place[k]) * outward[k]
             for m in range(3):
-                spread += outward[k] * covariance[index, k, m] * outward[m]
-        farthest = max(farthest, way + par[SIGMAS] * math.sqrt(max(spread, 0.0)))
+                both = covariance[index, k, m]
+                if back > 0.0:
+                    both -= back * (both - covariance[index - 1, k, m])
+                spread += outward[k] * both * outward[m]
+        until = max(min(times[index], horizon) + unseen, 0.0)
+        own = par[HUMAN_ACCELERATION] * until * (half_window + 0.5 * until)
+        farthest = max(farthest, way + par[SIGMAS] * math.sqrt(max(spread, 0.0)) + own)
         if times[index] >= horizon:
             return farthest
     return np.inf  # it does not reach that far
@@ -231,7 +283,7 @@ def harmless_scale(speed: float, rate: float, path_speed: float, par: Any) -> fl
         full = max(speed, path_speed if path_speed >= 0.0 else par[START_SPEED])
     low, high, scale = 0.0, 1.0, 1.0
     for halving in range(_HALVINGS + 1):
-        seconds = par[REACTION] + 0.5 * par[STOPPING] * scale
+        seconds = par[REACTION] + par[ROBOT_AGE] + 0.5 * par[STOPPING] * scale
         if scale * (full + par[ROBOT_ACCELERATION] * scale * seconds) <= contact:
             if halving == 0:
                 return 1.0

@@ -80,7 +80,7 @@ def _fan(middle: FloatArray, across: FloatArray, config: BodyConfig) -> list[Cap
     """
     half = math.hypot(*across)
     right = across / half
-    forwards = np.cross(_UP, right)
+    forwards = np.array([-right[1], right[0], 0.0])  # up x right
     forwards /= math.hypot(*forwards)
     # Straight down, if the shoulders are shrugged; square to them, if the trunk leans aside.
     square = right * right[2] - _UP
@@ -94,7 +94,8 @@ def _fan(middle: FloatArray, across: FloatArray, config: BodyConfig) -> list[Cap
     tops = middle + inner * _SIGNS[:, None] * across
     leans = np.linspace(-BACKWARDS * config.max_lean, config.max_lean, FAN)[:, None, None]
     hips = tops + config.trunk_length * (np.cos(leans) * downs - np.sin(leans) * forwards)
-    trunk = np.stack((np.broadcast_to(tops, hips.shape), hips), axis=2)
+    trunk = np.empty((FAN, len(tops), 2, 3))
+    trunk[:, :, 0], trunk[:, :, 1] = tops, hips
     found = [
         Capsule(name, ends, config.trunk_radius)
         for fan in trunk
@@ -103,6 +104,6 @@ def _fan(middle: FloatArray, across: FloatArray, config: BodyConfig) -> list[Cap
     # A head behind the shoulders is nearer to the trunk: two axes will do.
     for lean in (0.0, config.max_lean):
         way = math.cos(lean) * _UP + math.sin(lean) * forwards
-        ends = np.stack((middle, middle + config.head_height * way))
+        ends = np.array((middle, middle + config.head_height * way))
         found.append(Capsule("head", ends, config.head_radius))
     return found

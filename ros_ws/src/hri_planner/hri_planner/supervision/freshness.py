@@ -17,7 +17,7 @@ class Limits:
     Attributes:
         max_joint_age_s: Older joint states, or references of the controller, count as missing [s].
         max_sample_age_s: What is heard of a person counts as missing when its newest sample is older [s].
-        require_tracking: Whether nobody moves before a source says who is tracked.
+        require_tracking: Whether nobody moves unless a source says who is tracked.
     """
 
     max_joint_age_s: float
@@ -84,6 +84,7 @@ class Heard:
         tracked: Who is tracked; none while nobody has said so.
         people: What was heard of those who are tracked, by body id.
         what: What is heard of people: predictions, or arms.
+        unlisted: Why nobody knows who is tracked now; empty when that is known.
     """
 
     joints_ns: int | None = None
@@ -92,6 +93,7 @@ class Heard:
     tracked: tuple[str, ...] | None = None
     people: Mapping[str, HeardPerson] = field(default_factory=dict)
     what: str = "prediction"
+    unlisted: str = ""
 
 
 def joints_problem(heard: Heard, limits: Limits, now_ns: int) -> str:
@@ -132,4 +134,4 @@ def problem(heard: Heard, limits: Limits, now_ns: int) -> str:
             return f"the newest sample behind the {heard.what} of {body_id} is {age:.3f} s old"
         if age < -limits.max_sample_age_s:
             return f"the {heard.what} of {body_id} is stamped {-age:.3f} s in the future"
-    return ""
+    return heard.unlisted if limits.require_tracking else ""

@@ -19,6 +19,8 @@ from hri_planner.supervision.rules import Rules
 
 STUCK_NS = 2_000_000_000
 """How long the tool may stay off the goal once its plan has ended there [ns]."""
+STOOD_NS = 1_000_000_000
+"""A node that was not run for so long is why a motion was given up, not the way to the goal [ns]."""
 
 
 @dataclass
@@ -37,6 +39,8 @@ class Motion:
         misses: Intervals that brought none.
         min_separation: Smallest so far [m].
         lost_since_ns: Since when it is paused [ns]; none while it is not.
+        looked_ns: When it was looked after last [ns]; none before the first time.
+        stood_ns: The longest time in which it was not, as the node was not run [ns].
         over_since_ns: Since when the tool should have been at the goal [ns]; none before.
         costs: Of the newest plan, by name.
     """
@@ -52,8 +56,16 @@ class Motion:
     misses: int = 0
     min_separation: float = math.inf
     lost_since_ns: int | None = None
+    looked_ns: int | None = None
+    stood_ns: int = 0
     over_since_ns: int | None = None
     costs: dict[str, float] = field(default_factory=dict)
+
+    def look(self, now_ns: int) -> None:
+        """It is looked after now [ns]."""
+        if self.looked_ns is not None:
+            self.stood_ns = max(self.stood_ns, now_ns - self.looked_ns)
+        self.looked_ns = now_ns
 
     def plans_ahead(self, rules: Rules) -> bool:
         """Whether the next replan is the one that a planner which plans once makes before it sets off."""
@@ -82,6 +94,8 @@ class Motion:
         """
         if (seen.now_ns - self.accepted_ns) / NANO > rules.max_duration_s:
             why = reason or "no way to the goal was found in time"
+            if self.stood_ns >= STOOD_NS:
+                why = f"this node was not run for {self.stood_ns / NANO:.1f} s"
             return Outcome.BLOCKED, f"gave up {seen.distance:.2f} m away: {why}"
         if not self.started:
             return None

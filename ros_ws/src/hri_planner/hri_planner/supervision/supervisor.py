@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from hri_planner.supervision.beat import Beat
 from hri_planner.supervision.decision import (
     Decision,
     Interval,
@@ -21,6 +20,7 @@ from hri_planner.supervision.motion import Motion, planning
 from hri_planner.supervision.rules import Rules
 from hri_planner.supervision.stop import SETTLE_NS, Stop
 from hri_planner.supervision.touch import STOPS, TOUCHED, Touch
+from hri_prediction.beat import Beat
 
 HEARTBEAT_NS = 20_000_000
 FEEDBACK_NS = 100_000_000
@@ -93,6 +93,8 @@ class Supervisor(Keeper):
     def tick(self, seen: Seen) -> Decision:
         """What is to be done now."""
         orders = Orders()
+        if self.motion is not None:
+            self.motion.look(seen.now_ns)
         if self.motion is not None and self.motion.cancelling:
             self._cancel(seen, self.motion, orders)
         elif self.active:

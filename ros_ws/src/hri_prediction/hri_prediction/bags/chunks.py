@@ -93,8 +93,23 @@ def decompressed(compression: str, packed: bytes, size: int) -> bytes:
     return raw
 
 
-def beginning(body: bytes) -> bytes:
-    """What can be told of a chunk in which the file ends: no checksum covers it.
+@dataclass(frozen=True)
+class CutChunk:
+    """A chunk in which a file ends; no checksum covers any of it.
+
+    Attributes:
+        size: What it held, unpacked, by what it says itself; 0 when not even that is there [bytes].
+        last_ns: Log time of its last message, likewise [ns].
+        records: What is there of it.
+    """
+
+    size: int = 0
+    last_ns: int = 0
+    records: bytes = b""
+
+
+def beginning(body: bytes) -> CutChunk:
+    """What can be told of a chunk in which the file ends.
 
     Args:
         body: The beginning of the body of the chunk record.
@@ -103,6 +118,13 @@ def beginning(body: bytes) -> bytes:
         fields = Fields(body)
         chunk = _head(fields)
         packed = fields.blob(fields.left)
+    except DAMAGE:
+        return CutChunk()
+    return CutChunk(chunk.size, chunk.last_ns, _cut_records(chunk, packed))
+
+
+def _cut_records(chunk: _Head, packed: bytes) -> bytes:
+    try:
         check_size(chunk.size, len(packed))
         if chunk.compression == "zstd":
             return zstandard.ZstdDecompressor().stream_reader(packed).read(chunk.size)
@@ -184,8 +206,9 @@ class Chunks:
 
 @dataclass(frozen=True)
 class _Head:
-    """Of a chunk: uncompressed size, its CRC-32 (0: not known), and the length of the packed records."""
+    """Of a chunk: last log time, unpacked size, its CRC-32 (0: not known), length of the packed records."""
 
+    last_ns: int
     size: int
     checksum: int
     compression: str
@@ -193,9 +216,9 @@ class _Head:
 
 
 def _head(fields: Fields) -> _Head:
-    fields.skip(16)
-    size, checksum, compression = fields.number("Q"), fields.number("I"), fields.text()
-    return _Head(size, checksum, compression, fields.number("Q"))
+    fields.skip(8)
+    last_ns, size, checksum = fields.number("Q"), fields.number("Q"), fields.number("I")
+    return _Head(last_ns, size, checksum, fields.text(), fields.number("Q"))
 
 
 def _plausible(chunk: _Head, begin: bytes, left: int) -> bool:

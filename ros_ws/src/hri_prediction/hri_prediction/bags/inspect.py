@@ -10,10 +10,13 @@ from typing import Any
 import numpy as np
 
 from hri_prediction.bags.cdr import read_stamp, starts_with_stamp
+from hri_prediction.bags.condition import Condition, salvage_command
 from hri_prediction.bags.metadata import TopicInfo
 from hri_prediction.bags.reader import BagReader
+from hri_prediction.errors import DataError
 
 _LAST_NS = 2**63 - 1  # ROS counts in 63 bits, MCAP in 64
+_EVERY_NODES = ("/parameter_events", "/rosout")  # each has a publisher of its own in every node
 _LATE_S = 60.0  # a stamp further from the log time is of another clock
 
 
@@ -43,7 +46,7 @@ class TopicReport:
         longest_gap_s: Longest time between two messages, NaN for fewer than two.
         longest_gap_at_s: When that gap began, from the start of the bag.
         missing: Sequence numbers missing between those that are there; None when the recorder did
-            not write them or several publishers mixed theirs.
+            not write them or several publishers mixed theirs, as those of parameters and logs do.
         transport: Log time − publish time.
         stamp: Log time − header stamp of those that have one; None where none has, or of another clock.
     """
@@ -71,6 +74,8 @@ class BagReport:
     Attributes:
         path: The bag.
         closed: All its files were closed in order.
+        damage: What is wrong with a bag of which only parts can be read; empty when all can.
+        conditions: Of the files that are not whole, or may not be: which part is, and which is missing.
         files: File names with their sizes [bytes].
         start_ns: First log time [ns], 0 for an empty bag.
         duration_s: From the first to the last log time.
@@ -83,6 +88,8 @@ class BagReport:
 
     path: str
     closed: bool
+    damage: str
+    conditions: tuple[Condition, ...]
     files: dict[str, int]
     start_ns: int
     duration_s: float
@@ -108,13 +115,28 @@ class _Series:
     bytes: int = 0
 
 
-def inspect_bag(path: str | Path) -> BagReport:
+def inspect_bag(path: str | Path, *, allow_damaged: bool = False) -> BagReport:
     """Read a whole bag, closed or not, and report on it.
 
+    Args:
+        path: Bag folder, or an .mcap file.
+        allow_damaged: Of a damaged bag, report on what can be salvaged.
+
     Raises:
-        DataError: there is no bag, or it is damaged (not merely cut).
+        DataError: there is no bag, or it is damaged (not merely cut), or nothing of it can be read.
     """
-    reader = BagReader(path, allow_unclosed=True)
+    try:
+        return _report(BagReader(path, allow_unclosed=True), "")
+    except DataError as error:
+        if not allow_damaged:
+            raise
+        try:
+            return _report(BagReader(path, allow_damaged=True), error.problem)
+        except DataError:
+            raise error from None
+
+
+def _report(reader: BagReader, damage: str) -> BagReport:
     stamped = {name for name, text in reader.definitions.items() if starts_with_stamp(text)}
     series: dict[str, _Series] = {name: _Series() for name in reader.topics}
     for message in reader.messages():
@@ -136,6 +158,8 @@ def inspect_bag(path: str | Path) -> BagReport:
     return BagReport(
         path=str(reader.path),
         closed=not reader.unclosed,
+        damage=damage,
+        conditions=reader.conditions,
         files={file.name: file.stat().st_size for file in reader.files},
         start_ns=start,
         duration_s=(end - start) * 1e-9,
@@ -143,7 +167,7 @@ def inspect_bag(path: str | Path) -> BagReport:
         topics=topics,
         custom_data=reader.custom_data,
         attachments={item.name: len(item.data) for item in reader.attachments()},
-        warnings=_warnings(reader, topics),
+        warnings=_warnings(reader, damage, topics),
     )
 
 
@@ -165,7 +189,7 @@ def _topic_report(info: TopicInfo, one: _Series, start_ns: int) -> TopicReport:
         period_s=float(np.median(gaps)) if several else float("nan"),
         longest_gap_s=float(gaps[longest]) if several else float("nan"),
         longest_gap_at_s=float(log[longest] - start_ns) * 1e-9 if several else float("nan"),
-        missing=_missing(np.asarray(one.sequence, dtype=np.int64)),
+        missing=_missing(info.name, np.asarray(one.sequence, dtype=np.int64)),
         transport=_latency(one.log, one.publish),
         stamp=_latency(one.log, one.stamp),
     )
@@ -176,8 +200,11 @@ def _common(values: list[str]) -> str:
     return "mixed" if len(unique) > 1 else "".join(unique)
 
 
-def _missing(sequence: np.ndarray) -> int | None:
+def _missing(topic: str, sequence: np.ndarray) -> int | None:
     """Numbers left out; a restart of the publisher begins a new count."""
+    # Few messages of one node, then some of another's, look like a hole between the two.
+    if topic in _EVERY_NODES:
+        return None
     if sequence.size < 2 or not sequence.all():
         return 0 if sequence.size == 1 and sequence[0] > 0 else None
     steps = np.diff(sequence)
@@ -203,17 +230,17 @@ def _latency(log: array.array[int], sent: array.array[int]) -> Latency | None:
     return Latency(float(p50), float(p99), float(values.max()))
 
 
-def _warnings(reader: BagReader, topics: tuple[TopicReport, ...]) -> tuple[str, ...]:
-    found = [
-        f"{file.name} was not closed: its recorder was killed or the file is cut; what is whole is "
-        "counted here; --salvage OUT makes a proper bag of it"
-        for file in reader.unclosed
-    ]
-    if reader.damages:
-        found.append(f"{reader.damages} damaged places, where messages may be missing")
+def _warnings(reader: BagReader, damage: str, topics: tuple[TopicReport, ...]) -> tuple[str, ...]:
+    found = [damage] if damage else []
+    found += [text for condition in reader.conditions for text in condition.words()]
+    if found:
+        found.append(
+            f"counted here is what can be read; {salvage_command(reader.path)} makes a whole bag of that"
+        )
     if reader.outdated:
         found.append(
-            "metadata.yaml is that of the beginning of the recording; --salvage OUT makes it anew"
+            "metadata.yaml is that of the beginning of the recording; "
+            f"{salvage_command(reader.path)} makes it anew"
         )
     listed = {topic.name: topic.message_count for topic in reader.metadata.topics}
     for topic in topics:

@@ -15,6 +15,7 @@ from typing import Any
 import yaml
 from mcap.reader import McapReader, make_reader
 
+from hri_prediction.bags.condition import Condition, salvage_command
 from hri_prediction.bags.mcap_file import MAGIC
 from hri_prediction.bags.metadata import (
     METADATA_FILE,
@@ -88,22 +89,37 @@ class BagReader:
             .mcap file.
         allow_unclosed: Also read files whose recorder was killed: what is whole in them, in file
             order within each. Otherwise such a file is an error.
+        allow_damaged: Read all files so, and those in the folder where metadata.yaml is damaged.
 
     Raises:
         DataError: nothing there, not a bag, of another storage, or not closed.
     """
 
-    def __init__(self, path: str | Path, *, allow_unclosed: bool = False) -> None:
+    def __init__(
+        self, path: str | Path, *, allow_unclosed: bool = False, allow_damaged: bool = False
+    ) -> None:
         self.path = Path(path)
         self._stored: BagMetadata | None = None
         self._checked: set[Path] = set()
-        self.files = self._find_files()
+        self._scans: dict[Path, Scan] = {}
+        self.files = self._whole_files() if allow_damaged else self._find_files()
         self.unclosed = tuple(file for file in self.files if not is_closed(file))
-        if self.unclosed and not allow_unclosed:
+        if self.unclosed and not (allow_unclosed or allow_damaged):
             raise DataError(
                 f"{self.unclosed[0]} was not closed (its recorder was killed, or it is cut)",
-                hint=f"recover it with: inspect_bag.py {self.path} --salvage NEW_FOLDER",
+                hint=f"recover it with: {salvage_command(self.path)}",
             )
+        self._by_scan = self.files if allow_damaged else self.unclosed
+
+    def _whole_files(self) -> tuple[Path, ...]:
+        """The files that are there, whatever metadata.yaml says of them."""
+        try:
+            return self._find_files()
+        except DataError:
+            found = tuple(sorted(self.path.glob("*.mcap")))
+            if not found:
+                raise
+            return found
 
     def _find_files(self) -> tuple[Path, ...]:
         if not os.path.isdir(self.path):
@@ -142,7 +158,7 @@ class BagReader:
             raise DataError(
                 error.problem,
                 expected=error.expected,
-                hint=f"make it anew with: inspect_bag.py {self.path} --salvage NEW_FOLDER",
+                hint=f"make it anew with: {salvage_command(self.path)}",
             ) from error
 
     @property
@@ -162,7 +178,7 @@ class BagReader:
         Raises:
             DataError: a file is damaged.
         """
-        if self._stored is not None and not self.unclosed and not self.outdated:
+        if self._stored is not None and not self._by_scan and not self.outdated:
             return self._stored
         return self._rebuilt()
 
@@ -175,7 +191,7 @@ class BagReader:
         Raises:
             DataError: a file is damaged.
         """
-        if self._stored is None or self._stored.message_count or self.unclosed:
+        if self._stored is None or self._stored.message_count or self._by_scan:
             return False
         for file in self.files:
             with self._closed(file) as reader:
@@ -185,14 +201,13 @@ class BagReader:
         return False
 
     @cached_property
-    def damages(self) -> int:
-        """Damaged places of files that were not closed, where messages may be missing.
+    def conditions(self) -> tuple[Condition, ...]:
+        """What of the files that were not closed, or may be damaged, is whole.
 
         Raises:
             DataError: a file cannot be read.
         """
-        results = [_scanned(file).result for file in self.unclosed]
-        return sum(result.damaged_chunks + result.broken for result in results)
+        return tuple(Condition.of(file.name, self._scanned(file).result) for file in self._by_scan)
 
     @cached_property
     def definitions(self) -> dict[str, str]:
@@ -234,8 +249,8 @@ class BagReader:
         """
         found: list[ScannedAttachment] = []
         for file in self.files:
-            if file in self.unclosed:
-                found += _scanned(file).result.attachments
+            if file in self._by_scan:
+                found += self._scanned(file).result.attachments
                 continue
             with self._closed(file) as reader:
                 for item in reader.iter_attachments():
@@ -254,7 +269,7 @@ class BagReader:
     def _file_messages(
         self, file: Path, topics: set[str] | None, start_ns: int | None, end_ns: int | None
     ) -> Iterator[BagMessage]:
-        if file in self.unclosed:
+        if file in self._by_scan:
             for scanned in Scan(file):
                 late = end_ns is not None and scanned.log_time_ns >= end_ns
                 early = start_ns is not None and scanned.log_time_ns < start_ns
@@ -280,8 +295,8 @@ class BagReader:
 
     def _channels(self) -> Iterator[ScannedChannel]:
         for file in self.files:
-            if file in self.unclosed:
-                yield from _scanned(file).channels
+            if file in self._by_scan:
+                yield from self._scanned(file).channels
                 continue
             with self._closed(file) as reader:
                 summary = reader.get_summary()
@@ -324,11 +339,20 @@ class BagReader:
             ros_distro=self._stored.ros_distro if self._stored else "",
         )
 
+    def _scanned(self, file: Path) -> Scan:
+        """The scan of a file, which is complete."""
+        if file not in self._scans:
+            scan = Scan(file)
+            for _ in scan:
+                pass
+            self._scans[file] = scan
+        return self._scans[file]
+
     def _custom(self) -> dict[str, str]:
         if self._stored is not None:
             return dict(self._stored.custom_data)
         for file in self.files:
-            if file in self.unclosed:
+            if file in self._by_scan:
                 continue
             with self._closed(file) as reader:
                 for item in reader.iter_metadata():
@@ -372,10 +396,3 @@ def _message(scanned: ScannedMessage) -> BagMessage:
 def _text_of(encoding: str, data: bytes) -> str:
     """A definition that can be compared; empty where it is of another kind, or no text."""
     return data.decode(errors="replace") if encoding == ROS2MSG else ""
-
-
-def _scanned(file: Path) -> Scan:
-    scan = Scan(file)
-    for _ in scan:
-        pass
-    return scan

@@ -6,12 +6,16 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
+from hri_prediction.bags.condition import Condition
 from hri_prediction.bags.metadata import METADATA_FILE, BagMetadata, read_metadata
 from hri_prediction.bags.reader import custom_data_of, topic_of
 from hri_prediction.bags.scan import Scan, ScannedChannel, ScanResult
 from hri_prediction.bags.schemas import MessageDefinition
 from hri_prediction.bags.writer import BagWriter
 from hri_prediction.errors import DataError
+
+NOT_SALVAGED = "not_salvaged"
+"""Key of ``custom_data`` of a salvaged bag: what was not whole in the one that it was made of."""
 
 
 @dataclass(frozen=True)
@@ -22,11 +26,13 @@ class SalvageReport:
         folder: The new bag.
         metadata: Its metadata.
         files: What was found in each file of the old one, by file name.
+        missing: What was not whole in it, in words.
     """
 
     folder: Path
     metadata: BagMetadata
     files: dict[str, ScanResult]
+    missing: tuple[str, ...]
 
     @property
     def damaged_chunks(self) -> int:
@@ -34,19 +40,9 @@ class SalvageReport:
         return sum(result.damaged_chunks for result in self.files.values())
 
     @property
-    def broken(self) -> int:
-        """Places where no record begins that should; the next whole chunk was looked for behind them."""
-        return sum(result.broken for result in self.files.values())
-
-    @property
     def partial_messages(self) -> int:
         """Messages that come from chunks in which a file ended."""
         return sum(result.partial_messages for result in self.files.values())
-
-    @property
-    def unread_bytes(self) -> int:
-        """Bytes behind the last whole record of the files."""
-        return sum(result.size - result.read for result in self.files.values())
 
 
 def salvage(source: str | Path, out: str | Path) -> SalvageReport:
@@ -55,7 +51,8 @@ def salvage(source: str | Path, out: str | Path) -> SalvageReport:
     Chunks with a wrong checksum are passed over, whatever is damaged between chunks too: every whole
     chunk before and behind it is kept. Of a chunk in which the file ends, the messages that are
     complete are kept, which no checksum covers. The original is only read. Topics, QoS, type hashes,
-    attachments and custom_data are kept; custom_data gains ``salvaged_from``.
+    attachments and custom_data are kept; custom_data gains ``salvaged_from``, and ``not_salvaged`` with
+    what was not whole.
 
     Args:
         source: Bag folder (metadata.yaml is used where readable, but not needed) or .mcap file.
@@ -92,8 +89,14 @@ def salvage(source: str | Path, out: str | Path) -> SalvageReport:
             for item in scan.result.attachments:
                 writer.add_attachment(item.name, item.media_type, item.data)
             results[file.name] = scan.result
+        conditions = [Condition.of(name, found) for name, found in results.items()]
+        missing = tuple(text for condition in conditions for text in condition.words())
+        if missing:
+            # A bag that is salvaged twice keeps what has been missing since the first time.
+            before = [custom[NOT_SALVAGED]] if NOT_SALVAGED in custom else []
+            writer.add_custom_data(NOT_SALVAGED, "; ".join([*before, *missing]))
         metadata = writer.close()
-    return SalvageReport(writer.folder, metadata, results)
+    return SalvageReport(writer.folder, metadata, results, missing)
 
 
 def _register(writer: BagWriter, channel: ScannedChannel) -> int:

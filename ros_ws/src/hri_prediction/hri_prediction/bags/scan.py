@@ -76,7 +76,10 @@ class ScanResult:
         broken: Places where a record's own head was damaged; the scan went on at the next whole chunk.
         partial_messages: Messages recovered from the chunk in which the file ends; no checksum
             covers them.
+        cut_bytes: Unpacked bytes of that chunk that are not there, by what it says of its size.
+        cut_until_ns: Log time of its last message, by what it says itself [ns]; 0 when no chunk is cut.
         messages: All messages handed out.
+        last_ns: Latest log time of these [ns], 0 when there is none.
         orphans: Messages without a known channel, not handed out.
         attachments: The attachments.
         serialized_metadata: rosbag2's metadata, empty when the file has none.
@@ -89,7 +92,10 @@ class ScanResult:
     damaged_chunks: int = 0
     broken: int = 0
     partial_messages: int = 0
+    cut_bytes: int = 0
+    cut_until_ns: int = 0
     messages: int = 0
+    last_ns: int = 0
     orphans: int = 0
     attachments: list[ScannedAttachment] = field(default_factory=list)
     serialized_metadata: str = ""
@@ -249,15 +255,20 @@ class Scan:
             self.result.orphans += 1
             return
         self.result.messages += 1
+        self.result.last_ns = max(self.result.last_ns, log_ns)
         yield ScannedMessage(channel, sequence, log_ns, publish_ns, body[_MESSAGE.size :])
 
     def _cut_chunk(self, data: mmap.mmap, at: int, size: int) -> Iterator[ScannedMessage]:
         """The messages at the beginning of a chunk in which the file ends."""
         if at + _HEAD.size > size or data[at] != layout.CHUNK:
             return
-        before = self.result.messages
-        yield from self._contents(beginning(data[at + _HEAD.size : size]))
-        self.result.partial_messages = self.result.messages - before
+        result = self.result
+        before = result.messages
+        chunk = beginning(data[at + _HEAD.size : size])
+        result.cut_bytes = max(chunk.size - len(chunk.records), 0)
+        result.cut_until_ns = chunk.last_ns
+        yield from self._contents(chunk.records)
+        result.partial_messages = result.messages - before
 
     def _contents(self, raw: bytes) -> Iterator[ScannedMessage]:
         """The messages of a decompressed chunk, up to the last whole record."""

@@ -15,6 +15,7 @@ from pathlib import Path
 
 from hri_prediction.bags import mcap_file as layout
 from hri_prediction.bags.chunks import check_frame, check_size
+from hri_prediction.bags.condition import salvage_command
 from hri_prediction.bags.fields import Fields
 from hri_prediction.errors import DataError, cut
 from hri_prediction.files.content import open_file
@@ -72,7 +73,7 @@ def reading(path: Path) -> Iterator[None]:
     except Exception as error:  # the package raises errors of a dozen kinds
         raise DataError(
             f"{path} is damaged: {cut(' '.join(str(error).split())) or type(error).__name__}",
-            hint="recover what is whole with: inspect_bag.py BAG --salvage NEW_FOLDER",
+            hint=f"recover what is whole with: {salvage_command(path)}",
         ) from error
 
 

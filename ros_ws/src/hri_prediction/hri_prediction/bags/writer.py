@@ -224,6 +224,10 @@ class BagWriter:
         """
         self._file.add_attachment(name, media_type, data, time.time_ns())
 
+    def add_custom_data(self, name: str, text: str) -> None:
+        """Put a string into ``custom_data`` of the final metadata.yaml, in place of one of that name."""
+        self._custom_data[name] = text
+
     def close(self) -> BagMetadata:
         """Write what is in memory, the index and the final metadata.yaml.
 

@@ -124,6 +124,11 @@ class Background:
         return [self._answers.popleft() for _ in range(len(self._answers))]
 
     @property
+    def pid(self) -> int:
+        """Of the process."""
+        return self._process.pid
+
+    @property
     def alive(self) -> bool:
         """Whether the process is there."""
         return self._process.poll() is None

@@ -4,27 +4,49 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 
 from hri_prediction.errors import DataError, HriError
 from hri_prediction.files.values import read_json
 from hri_prediction.hybrid.fitting import data_of_reaches, fit_process
+from hri_prediction.hybrid.left_out import (
+    LEAST_PEOPLE,
+    LEAST_REACHES,
+    PARTS,
+    Law,
+    by_person,
+    people_left_out,
+    reaches_left_out,
+)
+from hri_prediction.hybrid.of_laws import data_of_laws
 from hri_prediction.hybrid.weight_file import check_arm, save_process
-from hri_prediction.hybrid.weight_process import WeightData, WeightProcess, to_alpha
+from hri_prediction.hybrid.weight_process import WeightData, WeightProcess
 from hri_prediction.results.options import make_folders, run_app
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
-_FOLDS = 5
-LEAST_LEFT_OUT = 20
-"""With fewer reaches, what is left when some are left out is not enough to fit to."""
 
 
-def read_results(path: Path) -> WeightData:
-    """Weights of the reaches in results of ``scripts/fit_ioc.py``.
+@dataclass(frozen=True, eq=False)
+class Explained:
+    """What results of ``scripts/fit_ioc.py`` say of weights.
+
+    Attributes:
+        data: Weights.
+        what: What they are of, in words.
+        laws: Of people's whole reaches, where they are known: these say more than each reach by itself.
+    """
+
+    data: WeightData
+    what: str
+    laws: tuple[Law, ...] = ()
+
+
+def read_results(path: Path) -> Explained:
+    """Weights in results of ``scripts/fit_ioc.py``.
 
     Raises:
         DataError: the file is none of these.
@@ -34,29 +56,15 @@ def read_results(path: Path) -> WeightData:
         raise DataError(f"{path} has no explained reaches", expected="results.json of fit_ioc.py")
     try:
         check_arm(values)
-        return data_of_reaches(tuple(map(str, values["costs"])), list(values["reaches"]))
+        names, laws = tuple(map(str, values["costs"])), list(values.get("laws", ()))
+        if laws and values.get("whole"):
+            data = data_of_laws(names, laws)
+            what = f"{len(data)} reaches by the laws of {len(laws)} arms"
+            return Explained(data, what, tuple(laws))
+        data = data_of_reaches(names, list(values["reaches"]))
+        return Explained(data, f"{len(data)} reaches")
     except (HriError, TypeError) as error:
         raise DataError(f"{path}: {error}") from error
-
-
-def left_out(data: WeightData, seed: int = 0) -> tuple[float, float]:
-    """Mean absolute error of weights of reaches that are left out: of the process, and of their mean."""
-    order = np.random.default_rng(seed).permutation(len(data))
-    own, plain = [], []
-    for fold in range(_FOLDS):
-        held = order[fold::_FOLDS]
-        rest = np.setdiff1d(order, held)
-        process = fit_process(_rows(data, rest), seed)
-        truth = to_alpha(data.logs[held], data.names)
-        mean = to_alpha(data.logs[rest], data.names).mean(axis=0)
-        guesses = np.array([process.guess(row[:3], row[3:]).alpha for row in data.inputs[held]])
-        own.append(np.abs(guesses - truth).mean())
-        plain.append(np.abs(mean - truth).mean())
-    return float(np.mean(own)), float(np.mean(plain))
-
-
-def _rows(data: WeightData, rows: np.ndarray) -> WeightData:
-    return WeightData(data.names, data.inputs[rows], data.logs[rows], data.variance[rows])
 
 
 def describe(process: WeightProcess) -> str:
@@ -70,6 +78,21 @@ def describe(process: WeightProcess) -> str:
             f"lengths [rad] of q1 q2 q3 at the start and the end {lengths}"
         )
     return "\n".join(lines)
+
+
+def _left_out(explained: Explained, seed: int) -> tuple[dict[str, float], str]:
+    """Errors of weights that were not fitted to, for the file and in words."""
+    people = len(by_person(explained.laws))
+    if people >= LEAST_PEOPLE:
+        own, plain = people_left_out(explained.data.names, explained.laws, seed)
+        left, of_whom = {"people": float(people)}, f"of people who are left out ({people} in turn)"
+    elif not explained.laws and len(explained.data) >= LEAST_REACHES:
+        own, plain = reaches_left_out(explained.data, seed)
+        left, of_whom = {"parts": float(PARTS)}, f"of reaches that are left out ({PARTS} parts)"
+    else:
+        return {}, "too few to leave some out, and to see how far off the weights of others are"
+    said = f"weights {of_whom} are off by {own:.3f}, those of the mean of the others by {plain:.3f}"
+    return {"weights_off": own, "mean_weights_off": plain, **left}, said
 
 
 @app.command(context_settings={"help_option_names": ["-h", "--help"]})
@@ -86,24 +109,21 @@ def fit_weights(
 ) -> None:
     """Fit Gaussian processes to explained reaches: which weights of costs to expect between two postures.
 
-    The file is what the predictor takes as its parameter `weights`. Reaches must have been explained with
-    fit_ioc.py --convention yaw_pitch_elbow_pitch, the arm that the predictor has. Needs scikit-learn:
+    Of results of fit_ioc.py --law --whole the laws are taken, the mean of all people for each task: they
+    are known much better than weights of single reaches. The file is what the predictor takes as its
+    parameter `weights`. Reaches must have been explained with fit_ioc.py --convention
+    yaw_pitch_elbow_pitch, the arm that the predictor has. Needs scikit-learn:
     .venv/bin/python -m pip install -r requirements/training.txt
     """
-    data = read_results(results)
+    explained = read_results(results)
+    data, what = explained.data, explained.what
     make_folders(out=out.parent)
     process = fit_process(data, seed)
-    errors = {}
-    print(f"{len(data)} reaches; {json.dumps(list(data.names))}")
+    print(f"{what}; {json.dumps(list(data.names))}")
     print(describe(process))
-    if len(data) >= LEAST_LEFT_OUT:
-        own, plain = left_out(data, seed)
-        errors = {"weights_off": own, "mean_weights_off": plain, "parts": float(_FOLDS)}
-        print(
-            f"reaches left out ({_FOLDS} parts): weights are off by {own:.3f}, "
-            f"those of the mean by {plain:.3f}"
-        )
-    save_process(out, process, about or f"{len(data)} reaches of {results.name}", errors)
+    errors, said = _left_out(explained, seed)
+    print(said)
+    save_process(out, process, about or f"{what}, {results.name}", errors)
     print(f"{out}")
 
 

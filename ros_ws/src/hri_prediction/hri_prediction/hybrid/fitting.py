@@ -18,6 +18,8 @@ _LENGTHS_RAD = (1.0, 10.0)
 them, and is noise of the weights that is learnt by heart."""
 _AMPLITUDES = (0.05, 20.0)
 _RESTARTS = 3
+_ROUNDING = 1e-9
+"""An eigenvalue of a covariance of weights may be below 0 by so much."""
 
 
 def fit_process(data: WeightData, seed: int = 0) -> WeightProcess:
@@ -62,23 +64,39 @@ def fit_process(data: WeightData, seed: int = 0) -> WeightProcess:
     return WeightProcess(own, np.array(means), np.array(amplitudes), np.array(lengths))
 
 
+def check_costs(names: tuple[str, ...]) -> None:
+    """Whether ratios of weights of these costs can be learnt.
+
+    Raises:
+        DataError: some are no costs, or joint jerk is not among them.
+    """
+    if len(set(names)) < max(len(names), 2) or not {JOINT_JERK} <= set(names) <= set(COSTS):
+        raise DataError(
+            f"costs {', '.join(names):.200}",
+            expected=f"{JOINT_JERK} and others of {', '.join(COSTS)}",
+        )
+
+
 def data_of_reaches(names: tuple[str, ...], rows: list[dict[str, Any]]) -> WeightData:
     """Observations of the reaches that ``scripts/fit_ioc.py`` writes into its results.
 
     Raises:
         DataError: when a row lacks something, costs are others than these, or none was explained.
     """
-    if len(set(names)) < len(names) or not {JOINT_JERK} <= set(names) <= set(COSTS):
-        raise DataError(
-            f"costs {', '.join(names):.200}",
-            expected=f"{JOINT_JERK} and others of {', '.join(COSTS)}",
-        )
+    check_costs(names)
     try:
         # Of a whole reach without factors nobody knows what its weights mean elsewhere.
         done = [row for row in rows if not row["error"] and len(row["rest_factors"])]
         columns = {
             key: np.array([row[key] for row in done], dtype=float)
-            for key in ("q_start_deg", "q_end_deg", "alpha", "sd", "factors", "rest_factors")
+            for key in (
+                "q_start_deg",
+                "q_end_deg",
+                "alpha",
+                "covariance",
+                "factors",
+                "rest_factors",
+            )
         }
         called = [str(row["name"]) for row in done]
     except (ArithmeticError, LookupError, TypeError, ValueError) as error:
@@ -91,14 +109,15 @@ def data_of_reaches(names: tuple[str, ...], rows: list[dict[str, Any]]) -> Weigh
     for index, name in enumerate(called):
         row = {key: column[index] for key, column in columns.items()}
         _check(name, row, names)
-        whole.append(of_whole(row["alpha"], row["sd"], row["factors"], row["rest_factors"]))
-    alpha, sd = (np.array(part) for part in zip(*whole, strict=True))
+        errors = row["covariance"].reshape(len(names), len(names))
+        whole.append(of_whole(row["alpha"], errors, row["factors"], row["rest_factors"]))
+    alpha, covariance = (np.array(part) for part in zip(*whole, strict=True))
     return WeightData.of(
         names,
         np.radians(columns["q_start_deg"]),
         np.radians(columns["q_end_deg"]),
         alpha,
-        sd,
+        covariance,
     )
 
 
@@ -112,12 +131,27 @@ def _check(name: str, row: dict[str, np.ndarray], names: tuple[str, ...]) -> Non
         check_simplex(row["alpha"], names)
     except DataError as error:
         raise DataError(f"reach {name!r:.80}: {error.problem}", expected=error.expected) from error
-    for key in ("sd", "factors", "rest_factors"):
+    for key in ("q_start_deg", "q_end_deg"):
+        if row[key].shape != (3,) or not np.isfinite(row[key]).all():
+            raise DataError(
+                f"reach {name!r:.80}: {key} {np.array2string(row[key], precision=3):.120}",
+                expected="3 finite angles [deg]",
+            )
+    size = len(names)
+    for key in ("factors", "rest_factors"):
         values = row[key]
-        usable = values.shape == (len(names),) and np.isfinite(values).all()
-        if not usable or (values < 0.0).any() or (key != "sd" and not (values > 0.0).all()):
+        if values.shape != (size,) or not (np.isfinite(values) & (values > 0.0)).all():
             raise DataError(
                 f"reach {name!r:.80}: {key} {np.array2string(values, precision=3):.120}",
-                expected=f"{len(names)} finite numbers, none negative"
-                + ("" if key == "sd" else " and none 0"),
+                expected=f"{size} finite numbers, all positive",
             )
+    values = row["covariance"]
+    usable = values.shape == (size**2,) and bool(np.isfinite(values).all())
+    matrix = values.reshape(size, size) if usable else np.zeros((size, size))
+    if usable:
+        usable = np.allclose(matrix, matrix.T) and np.linalg.eigvalsh(matrix)[0] > -_ROUNDING
+    if not usable:
+        raise DataError(
+            f"reach {name!r:.80}: covariance {np.array2string(values, precision=3):.120}",
+            expected=f"{size**2} finite numbers, rows of a symmetric matrix that is no less than 0",
+        )

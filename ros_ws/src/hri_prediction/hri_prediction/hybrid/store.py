@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from hri_prediction.errors import ConfigError, DataError, HriError
+from hri_prediction.files.sealed import check_seal, sealed
 from hri_prediction.files.values import read_json
 from hri_prediction.files.whole import write_whole
 from hri_prediction.hybrid.prior_path import Geometry, PriorPath
@@ -127,13 +128,14 @@ class PeopleStore:
         # Tasks are written first: without the file nothing was explained yet.
         values = read_json(path) if path.exists() else {"format": PERSON_FORMAT}
         if isinstance(values, dict) and values.get("format") == OTHER_SCALE:
-            values = {**values, "format": PERSON_FORMAT, "weights": None}
+            values = {"format": PERSON_FORMAT, "changed": values.get("changed", "")}
         if not isinstance(values, dict) or values.get("format") != PERSON_FORMAT:
             raise DataError(f"{path} is no person", expected=f"JSON of format {PERSON_FORMAT}")
         try:
             own = data_of_values(values["weights"]) if values.get("weights") else None
         except DataError as error:
             raise DataError(f"{path}: {error.problem}", expected=error.expected) from error
+        check_seal(values, path)
         files = [file for file in sorted(folder.glob("*.npz")) if not file.name.startswith(".")]
         tasks = [read_task(file) for file in files]
         return tasks, own, str(values.get("changed", ""))
@@ -156,7 +158,7 @@ class PeopleStore:
             "changed": datetime.now(UTC).isoformat(timespec="seconds"),
             "weights": data_to_values(own) if len(own) else None,
         }
-        text = json.dumps(content, indent=1, allow_nan=False) + "\n"
+        text = json.dumps(sealed(content), indent=1, allow_nan=False) + "\n"
         files: dict[Path, Callable[[Path], object]] = {
             folder / task.key.file: functools.partial(write_task, task=task) for task in tasks
         }

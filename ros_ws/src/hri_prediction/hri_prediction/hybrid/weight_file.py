@@ -12,6 +12,7 @@ import numpy as np
 
 from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.files.content import read_text
+from hri_prediction.files.sealed import check_seal, sealed
 from hri_prediction.files.values import parse_json
 from hri_prediction.hybrid.body import CONVENTION
 from hri_prediction.hybrid.weight_process import WeightData, WeightProcess
@@ -20,8 +21,8 @@ from hri_prediction.motor_control.scaling import MAXIMUM
 FORMAT = "hri-weight-process-2"
 """Since 2 weights are those of reaches from rest to rest, and the file says of which arm they are."""
 SHIPPED = "first_weights.json"
-"""Fitted to what inverse optimal control makes of the mean reaches of 15 simulated people for the 108 tasks
-of the thesis' chapter 3: ``scripts/fit_weights.py`` with the results of ``scripts/simulate_weights.py``."""
+"""Fitted to the laws of 15 simulated people for the 108 tasks of the thesis' chapter 3:
+``scripts/fit_weights.py`` with the results of ``scripts/simulate_weights.py``."""
 
 
 MOST = 2000
@@ -101,7 +102,8 @@ def save_process(
         "lengths_rad": process.lengths.tolist(),
         **data_to_values(process.data),
     }
-    lines = [f" {json.dumps(k)}: {json.dumps(v, allow_nan=False)}" for k, v in content.items()]
+    whole = sealed(content)
+    lines = [f" {json.dumps(k)}: {json.dumps(v, allow_nan=False)}" for k, v in whole.items()]
     path.write_text("{\n" + ",\n".join(lines) + "\n}\n")
 
 
@@ -124,7 +126,7 @@ def load_process(path: Path | None = None) -> WeightProcess:
         if not isinstance(values, dict) or values.get("format") != FORMAT:
             raise DataError("it is no process of weights", expected=f"JSON of format {FORMAT}")
         check_arm(values)
-        return WeightProcess(
+        process = WeightProcess(
             data_of_values(values),
             *(np.array(values[key], dtype=float) for key in ("mean", "amplitude", "lengths_rad")),
         )
@@ -134,3 +136,5 @@ def load_process(path: Path | None = None) -> WeightProcess:
         ) from error
     except (ArithmeticError, LookupError, TypeError, ValueError, np.linalg.LinAlgError) as error:
         raise DataError(f"{where}: it lacks or garbles {error}") from error
+    check_seal(values, where)
+    return process

@@ -29,8 +29,8 @@ LEAST_WEIGHT = 0.01
 """Smaller weights are not told apart from this: paths hardly move with them."""
 _LEAST_VARIANCE, _MOST_VARIANCE = 0.05**2, 3.0**2
 """Of an observed logarithm."""
-PERSON_SD = 0.5
-"""How far people's logarithms usually are from those of all (standard deviation)."""
+PERSON_SD = 0.9
+"""How far people's logarithms usually are from those of all (standard deviation): simulated ones."""
 SAME_RAD = 0.1
 """Reaches between postures that are no further apart are the same one."""
 PERSON_LENGTH_RAD = 1.5
@@ -43,41 +43,55 @@ def postures(q_start: ArrayLike, q_end: ArrayLike) -> Array:
     return np.concatenate([start, end], axis=-1)
 
 
-def to_logs(alpha: ArrayLike, sd: ArrayLike, names: tuple[str, ...]) -> tuple[Array, Array]:
-    """Logarithms of ratios and their variances (..., n - 1), of weights and their deviations (..., n).
+def to_logs(alpha: ArrayLike, covariance: ArrayLike, names: tuple[str, ...]) -> tuple[Array, Array]:
+    """Logarithms of ratios and their variances (..., n - 1), in the order of names, without joint jerk.
 
-    In the order of names, without joint jerk. Errors of weights are taken as independent.
+    Args:
+        alpha: Weights (..., n).
+        covariance: Of their errors (..., n, n): what one has too much the others have too little.
+        names: Of the costs.
     """
     reference = names.index(JOINT_JERK)
-    weights = np.maximum(np.asarray(alpha, dtype=float), LEAST_WEIGHT)
+    given = np.asarray(alpha, dtype=float)
+    weights = np.maximum(given, LEAST_WEIGHT)
+    size = len(names)
     # Of a weight at the bound it is only known that it is small.
-    least = np.where(np.asarray(alpha, dtype=float) <= LEAST_WEIGHT, LEAST_WEIGHT, 0.0)
-    relative = (np.maximum(np.asarray(sd, dtype=float), least) / weights) ** 2
+    small = np.where(given <= LEAST_WEIGHT, LEAST_WEIGHT**2, 0.0)
+    errors = np.asarray(covariance, dtype=float) + small[..., None] * np.eye(size)
+    slopes = np.eye(size) / weights[..., None]
+    slopes = slopes - slopes[..., reference : reference + 1, :]
+    variance = np.einsum("...ik,...kl,...il->...i", slopes, errors, slopes)
     logs = np.log(weights) - np.log(weights[..., reference : reference + 1])
-    variance = relative + relative[..., reference : reference + 1]
     return (
         np.delete(logs, reference, axis=-1),
-        np.clip(np.delete(variance, reference, axis=-1), _LEAST_VARIANCE, _MOST_VARIANCE),
+        bounded_variance(np.delete(variance, reference, axis=-1)),
     )
 
 
+def bounded_variance(variance: ArrayLike) -> Array:
+    """Of logarithms of ratios: none is known better, and nothing less, than weights can be told apart."""
+    found: Array = np.clip(np.asarray(variance, dtype=float), _LEAST_VARIANCE, _MOST_VARIANCE)
+    return found
+
+
 def of_whole(
-    alpha: ArrayLike, sd: ArrayLike, factors: ArrayLike, rest_factors: ArrayLike
+    alpha: ArrayLike, covariance: ArrayLike, factors: ArrayLike, rest_factors: ArrayLike
 ) -> tuple[Array, Array]:
-    """Weights of a reach that was cut, and their standard deviations (n,), as those of the whole reach.
+    """Weights of a reach that was cut (n,), and their covariance (n, n), as those of the whole reach.
 
     Ratios are what is learnt: they are as sure as before.
 
     Args:
         alpha: Weights (n,).
-        sd: Their standard deviations (n,).
+        covariance: Of their errors (n, n).
         factors: S of these costs of the reach that was cut (n,).
         rest_factors: S of these costs of the reach from rest to rest (n,).
     """
     weights = np.asarray(alpha, dtype=float)
     ratio = np.asarray(factors, dtype=float) / np.asarray(rest_factors, dtype=float)
-    total = float(weights @ ratio)
-    return rescaled(weights, factors, rest_factors), np.asarray(sd, dtype=float) * ratio / total
+    whole = rescaled(weights, factors, rest_factors)
+    slopes = (np.diag(ratio) - np.outer(whole, ratio)) / float(weights @ ratio)
+    return whole, slopes @ np.asarray(covariance, dtype=float) @ slopes.T
 
 
 def to_alpha(logs: ArrayLike, names: tuple[str, ...]) -> Array:
@@ -149,10 +163,10 @@ class WeightData:
         q_start: ArrayLike,
         q_end: ArrayLike,
         alpha: ArrayLike,
-        sd: ArrayLike,
+        covariance: ArrayLike,
     ) -> WeightData:
-        """Of weights and their standard deviations (N, n) at postures (N, 3) [rad]."""
-        return WeightData(names, postures(q_start, q_end), *to_logs(alpha, sd, names))
+        """Of weights (N, n) and the covariances of their errors (N, n, n) at postures (N, 3) [rad]."""
+        return WeightData(names, postures(q_start, q_end), *to_logs(alpha, covariance, names))
 
     def and_also(self, other: WeightData) -> WeightData:
         """These, and others after them.

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hri_prediction.geometry.minimum_jerk import minimum_jerk
 from hri_prediction.hybrid.body import BodyArm
 from hri_prediction.hybrid.prior_path import solver_of
-from hri_prediction.hybrid.weight_process import WeightData, of_whole
-from hri_prediction.motor_control.costs import indices_of
+from hri_prediction.hybrid.weight_process import WeightData, bounded_variance
+from hri_prediction.motor_control.arm_model import JointLimits
 from hri_prediction.motor_control.ioc import explain
 from hri_prediction.motor_control.observed import ObservedReach
 from hri_prediction.motor_control.ocp import NotConverged
-from hri_prediction.motor_control.scaling import rescaled, scaling_of
-from hri_prediction.motor_control.seen import KNOT_S, from_rest, observe
+from hri_prediction.motor_control.problem import ReachProblem
+from hri_prediction.motor_control.seen import observe
 from hri_prediction.motor_control.uncertainty import certainty
 from hri_prediction.prediction.library import TaskModel
 from hri_prediction.tracks.track import ArmTrack
@@ -24,6 +25,12 @@ from hri_prediction.tracks.track import ArmTrack
 Array = NDArray[np.float64]
 
 _POINTS = 101
+_STRAYS = 3.0
+"""A mean path strays from any optimum, as trunks and shoulders do, and evenly: so many samples of it say
+something of their own."""
+_OFF_SD = 2.0
+"""Logarithms of ratios that explain a mean path are off by so much more than its samples tell, of simulated
+people whose trunk goes along and whose lengths are not those that were measured."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,13 +78,36 @@ def mean_reach(model: TaskModel, body: BodyArm) -> ObservedReach:
     )
 
 
+def as_whole(seen: ObservedReach, share: float, limits: JointLimits) -> ObservedReach:
+    """The reach from rest to rest that a path is the middle of.
+
+    A path that is cut where the hand is slow says next to nothing of its weights when what lies before and
+    after is left out: that it begins and ends at rest is most of what it says. The little that an arm moves
+    in between is as of a hand from rest to rest.
+
+    Args:
+        seen: From one crossing of the onset speed to the other.
+        share: Of the whole duration that lies between these.
+        limits: Of the joints.
+    """
+    before = 0.5 * (1.0 - share)
+    moved = float(minimum_jerk(before))
+    beyond = moved / (1.0 - 2.0 * moved) * (seen.angles[-1] - seen.angles[0])
+    q_start, q_end = (
+        np.clip(q, limits.lower, limits.upper)
+        for q in (seen.angles[0] - beyond, seen.angles[-1] + beyond)
+    )
+    problem = ReachProblem.at_rest(q_start, q_end, seen.problem.duration / share)
+    return replace(seen, problem=problem, phases=before + share * seen.phases)
+
+
 def why(
     model: TaskModel, body: BodyArm, expected: Array, names: tuple[str, ...], share: float
 ) -> Why:
     """Explain the mean path of a task, beginning with the weights that were expected.
 
     Weights go in and come out with the scale factors of the reach from rest to rest, as all weights of the
-    hybrid have them: what is explained is a part of that, whose own factors are others.
+    hybrid have them.
 
     Args:
         model: The task.
@@ -90,26 +120,22 @@ def why(
         DataError: the mean path cannot be used.
         NotConverged: no optimum was found.
     """
-    observed = mean_reach(model, body)
+    seen = mean_reach(model, body)
+    observed = as_whole(seen, share, body.limits)
     solver = solver_of(body.arm, body.limits)
-    chosen = indices_of(names)
-    rest = scaling_of(solver, from_rest(observed.problem, share)).factors[chosen]
-    own = scaling_of(solver, observed.problem).factors[chosen]
-    start = rescaled(expected, rest, own)
-    found = explain(solver, observed, names, start=start)
-    step_s = observed.problem.duration / (len(observed.phases) - 1)
-    sure = certainty(found, observed, correlated=max(KNOT_S / step_s, 1.0))
+    found = explain(solver, observed, names, start=expected)
+    sure = certainty(found, observed, correlated=_POINTS / _STRAYS)
     try:
-        before = solver.solve(observed.problem, found.scaling.weights(start, names))
+        before = solver.solve(observed.problem, found.scaling.weights(expected, names))
         before_m = observed.distance(before.hand(observed.phases, body.arm))
     except NotConverged:
         before_m = math.inf
-    alpha, sd = of_whole(found.alpha, sure.sd, own, rest)
     data = WeightData.of(
         names,
         observed.problem.q_start[None],
         observed.problem.q_end[None],
-        alpha[None],
-        sd[None],
+        found.alpha[None],
+        sure.covariance[None],
     )
-    return Why(model.name, alpha, sd, before_m, found.distance_m, data)
+    learnt = replace(data, variance=bounded_variance(data.variance + _OFF_SD**2))
+    return Why(model.name, found.alpha, sure.sd, before_m, found.distance_m, learnt)

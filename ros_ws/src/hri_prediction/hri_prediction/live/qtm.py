@@ -39,7 +39,8 @@ def read_layout(xml: str | bytes) -> MarkerLayout:
     """
     try:
         root = ElementTree.fromstring(xml.strip())
-    except ElementTree.ParseError as error:
+    except (ElementTree.ParseError, LookupError, ValueError) as error:
+        # The last two: of an encoding that there is not, or that the parser does not take.
         raise DataError(f"QTM's parameters are no XML: {error}") from error
     settings = root.find("The_3D")
     names = [

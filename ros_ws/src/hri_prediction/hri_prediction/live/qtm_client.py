@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import struct
 import threading
 from collections import deque
 from collections.abc import Callable
@@ -19,6 +20,7 @@ import numpy as np
 from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.live.arm_stream import MarkerLayout
 from hri_prediction.live.qtm import QtmFrame, read_layout
+from hri_prediction.live.qtm_packets import PacketSplitter
 
 _LOG = logging.getLogger(__name__)
 VERSION = "1.25"
@@ -185,9 +187,7 @@ class _Session:
         loop = asyncio.get_running_loop()
         timeout = client._silence_s
         # Not qtm_rt.connect: it hides why a connection fails, and waits for ever for an answer.
-        protocol = self._qtm.protocol.QTMProtocol(
-            loop=loop, on_event=self._on_event, on_disconnect=self._on_disconnect
-        )
+        protocol = self.protocol(loop)
         try:
             await asyncio.wait_for(
                 loop.create_connection(lambda: protocol, client._host, client._port), timeout
@@ -198,13 +198,40 @@ class _Session:
             try:
                 await connection.stream_frames(client._frames_wanted, ["3d"], self._on_packet)
             except TimeoutError:
-                raise DataError(_SILENT) from None
+                raise DataError(self._reason if self._ended.is_set() else _SILENT) from None
             self._streaming = True
             client.connections += 1
             await self._watch(timeout)
+        except (TimeoutError, self._qtm.QRTCommandException):
+            if self._ended.is_set():  # and so nothing was answered
+                raise DataError(self._reason) from None
+            raise
         finally:
             if protocol.transport is not None:
                 protocol.transport.close()
+
+    def protocol(self, loop: asyncio.AbstractEventLoop) -> Any:
+        """qtm-rt's protocol, which is given whole packets only, that fit what they say of themselves."""
+        protocol = self._qtm.protocol.QTMProtocol(
+            loop=loop, on_event=self._on_event, on_disconnect=self._on_disconnect
+        )
+        splitter, take = PacketSplitter(), protocol.data_received
+
+        def receive(received: bytes) -> None:
+            if self._ended.is_set():
+                return
+            try:
+                for packet in splitter.feed(received):
+                    take(packet)
+            except (DataError, struct.error, ValueError) as error:
+                # The last two: what qtm-rt says of types that it does not know, and of numbers that lack.
+                known = str(error) if isinstance(error, DataError) else _described(error)
+                self.end(f"what comes is not QTM's protocol: {known}")
+                if protocol.transport is not None:
+                    protocol.transport.close()
+
+        protocol.data_received = receive
+        return protocol
 
     async def _watch(self, timeout: float) -> None:
         """Return by raising, when the stream ends or falls silent."""

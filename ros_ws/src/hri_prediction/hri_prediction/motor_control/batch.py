@@ -91,6 +91,7 @@ class Outcome:
         seconds: Processor time that it took.
         rest_factors: S of these costs of the whole reach, from rest to rest (`seen.from_rest`); empty where
             that has no optimum.
+        covariance: Of the errors of weights, row by row (n n,).
     """
 
     index: int
@@ -106,6 +107,7 @@ class Outcome:
     solves: int = 0
     seconds: float = 0.0
     rest_factors: tuple[float, ...] = ()
+    covariance: tuple[float, ...] = ()
 
 
 @functools.cache
@@ -146,6 +148,7 @@ def explain_job(job: Job) -> Outcome:
         name=observed.name,
         alpha=tuple(found.alpha.tolist()),
         sd=tuple(sure.sd.tolist()),
+        covariance=tuple(sure.covariance.ravel().tolist()),
         factors=tuple(found.factors.tolist()),
         rest_factors=_rest_factors(solver, job),
         distance_cm=100.0 * found.distance_m,
@@ -230,7 +233,8 @@ def _outcome(entry: dict[str, Any]) -> Outcome:
     rows = [made.alpha, made.sd, made.factors, made.single_cm, made.single_joint_deg]
     whole = all(isinstance(row, tuple) and len(row) == len(made.alpha) for row in rows)
     whole = whole and len(made.rest_factors) in (0, len(made.alpha))
-    rows.append(made.rest_factors)
+    whole = whole and len(made.covariance) == len(made.alpha) ** 2
+    rows += [made.rest_factors, made.covariance]
     numbers = [made.index, made.solves, made.seconds, made.distance_cm, made.joint_distance_deg]
     numbers += [
         value for row in rows if isinstance(row, tuple) for value in row if value is not None

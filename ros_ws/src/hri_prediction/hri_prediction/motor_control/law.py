@@ -44,6 +44,8 @@ _LEAST = 1e-12
 """Added to what damping scales, for directions that no reach says anything of [m^2]."""
 _KNOWN, _PART = 1e-12, 1e-6
 """Share of the largest information below which there is none; part in a direction that counts."""
+_UNKNOWN = 1e3**2
+"""Variance of theta in a direction that reaches say nothing of: ratios are cut long before."""
 _LOG_LIMIT = 12.0
 """Ratios of weights beyond e^12 are the same to a reach."""
 
@@ -109,12 +111,25 @@ class FittedLaw:
         steps: Gauss-Newton steps that were taken.
         theta_sd: Standard deviation of theta from Fisher's information, (n - 1, 7); infinite where reaches
             say nothing of it.
+        covariance: Of theta, row by row (7 (n - 1), 7 (n - 1)); directions that reaches say nothing of have
+            a large variance.
     """
 
     law: WeightLaw
     rms_m: float
     steps: int
     theta_sd: Array
+    covariance: Array
+
+    def log_sd(self, q_start: ArrayLike, q_end: ArrayLike) -> Array:
+        """Standard deviations of the logarithms of ratios (..., n - 1) between postures (..., 3) [rad]."""
+        at = features(q_start, q_end)
+        outputs = len(self.law.theta)
+        blocks = self.covariance.reshape(outputs, len(FEATURES), outputs, len(FEATURES))
+        own = np.einsum("ijik->ijk", blocks)
+        variance = np.einsum("...j,ijk,...k->...i", at, own, at)
+        found: Array = np.sqrt(np.maximum(variance, 0.0))  # rounding, beside what is not known
+        return found
 
 
 def fit_law(
@@ -196,20 +211,25 @@ def fit_law(
     information, _ = _normal(pooled, law)
     fitted = size + 2 * len(spans)
     noise = squares / max(samples - correlated * fitted, 1.0)
-    sd = np.sqrt(_variances(information) * noise * correlated)
+    covariance, unknown = _covariance(information, noise * correlated)
+    sd = np.where(unknown, math.inf, np.sqrt(np.diag(covariance)))
     return FittedLaw(
-        law, float(np.sqrt(3.0 * squares / samples)), done, sd.reshape(law.theta.shape)
+        law,
+        float(np.sqrt(3.0 * squares / samples)),
+        done,
+        sd.reshape(law.theta.shape),
+        covariance,
     )
 
 
-def _variances(information: Array) -> Array:
-    """Diagonal of the inverse (p,); infinite for what a direction without information has a part in."""
+def _covariance(information: Array, noise: float) -> tuple[Array, NDArray[np.bool_]]:
+    """Noise by information (p, p), and what a direction without information has a part in (p,)."""
     values, directions = np.linalg.eigh(information)
     known = values > _KNOWN * max(float(values[-1]), 0.0)
-    parts = np.square(directions)
-    found: Array = (parts[:, known] / values[known]).sum(axis=1)
-    found[(parts[:, ~known] > _PART).any(axis=1)] = math.inf
-    return found
+    spread = np.full(len(values), _UNKNOWN)
+    spread[known] = np.minimum(noise / values[known], _UNKNOWN)
+    unknown = (np.square(directions[:, ~known]) > _PART).any(axis=1)
+    return (directions * spread) @ directions.T, unknown
 
 
 def mean_postures(

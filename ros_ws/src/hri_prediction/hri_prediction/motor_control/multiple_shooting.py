@@ -17,9 +17,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import BPoly
 
-from hri_prediction.errors import DataError
-from hri_prediction.geometry.minimum_jerk import minimum_jerk
 from hri_prediction.motor_control.arm_model import ANATOMICAL, ArmModel, JointLimits
 from hri_prediction.motor_control.convention import convention_of
 from hri_prediction.motor_control.costs import COSTS, Smoothing, check_weights
@@ -199,43 +198,41 @@ class MultipleShooting:
         )
 
     def solve(self, problem: ReachProblem, weights: ArrayLike) -> ShootingMotion:
-        """The cheapest motion of a reach that begins and ends at rest.
+        """The cheapest motion of a reach.
 
         Args:
-            problem: Ends and duration.
+            problem: Ends and duration; accelerations that it does not give are left to the optimum.
             weights: Of all seven costs (7,).
 
         Raises:
-            DataError: weights cannot be right, or the reach does not begin and end at rest.
+            DataError: weights cannot be right, or the reach begins or ends where no joint can be.
         """
         chosen = check_weights(weights)
-        for value in (problem.v_start, problem.v_end, problem.a_start, problem.a_end):
-            if value is None or value.any():
-                raise DataError(
-                    "a reach that is cut out of a motion",
-                    expected="one that begins and ends at rest",
-                )
         problem.check_limits(self.limits)
         count = self.intervals
-        phase = np.linspace(0.0, 1.0, count + 1)[:, None]
-        way = problem.q_end - problem.q_start
-        angles = problem.q_start + way * minimum_jerk(phase)
-        rates = way * 30.0 * phase**2 * (1.0 - phase) ** 2 / problem.duration
-        second = way * 60.0 * phase * (1.0 - phase) * (1.0 - 2.0 * phase) / problem.duration**2
-        third = way * 60.0 * (1.0 - 6.0 * phase + 6.0 * phase**2) / problem.duration**3
-        rows = [
-            value / scale
-            for value, scale in zip((angles, rates, second, third), _SCALES, strict=True)
+        rest = np.zeros(3)
+        ends = [
+            np.concatenate([q, v, rest if a is None else a])
+            for q, v, a in (
+                (problem.q_start, problem.v_start, problem.a_start),
+                (problem.q_end, problem.v_end, problem.a_end),
+            )
         ]
+        # The polynomial of the least degree between these: from rest to rest that of minimum jerk.
+        way = BPoly.from_derivatives([0.0, problem.duration], [end.reshape(3, 3) for end in ends])
+        at = np.linspace(0.0, problem.duration, count + 1)
+        rows = [way.derivative(order)(at) / scale for order, scale in enumerate(_SCALES)]
         start = np.concatenate([np.hstack(rows[:3]).ravel(), rows[3].ravel()])
-        ends = [np.concatenate([q, np.zeros(6)]) for q in (problem.q_start, problem.q_end)]
         given = np.concatenate([*ends, [problem.duration], chosen])
+        room = np.zeros(9 * count + 18)
+        for first, value in ((9 * count, problem.a_start), (9 * count + 9, problem.a_end)):
+            room[first + 6 : first + 9] = np.inf if value is None else 0.0
         # What IPOPT calls small must not depend on the unit of the cost.
         norm = max(float(chosen @ np.array(self._costs(start, given)).ravel()), 1e-30)
         given[-len(COSTS) :] /= norm
         begun = time.perf_counter()
         found = self._solver(
-            x0=start, p=given, lbg=0.0, ubg=0.0, lbx=self._bounds[0], ubx=self._bounds[1]
+            x0=start, p=given, lbg=-room, ubg=room, lbx=self._bounds[0], ubx=self._bounds[1]
         )
         seconds = time.perf_counter() - begun
         stats = self._solver.stats()

@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from hri_prediction.errors import HriError
+from hri_prediction.errors import DataError, HriError
 from hri_prediction.motor_control.batch import Outcome, correlated
 from hri_prediction.motor_control.collected import CollectedReach
-from hri_prediction.motor_control.law import FEATURES, FittedLaw, fit_law
+from hri_prediction.motor_control.costs import JOINT_JERK
+from hri_prediction.motor_control.law import FEATURES, FittedLaw, fit_law, mean_postures
 from hri_prediction.motor_control.observed import ObservedReach
 from hri_prediction.motor_control.ocp import ReachSolver
 from hri_prediction.motor_control.results_table import markdown
 from hri_prediction.motor_control.seen import are_repetitions
+
+Array = NDArray[np.float64]
 
 LEAST_REACHES = len(FEATURES) + 1
 """A law has so many parameters for each ratio of weights, and wants one more reach."""
@@ -31,11 +35,14 @@ class PersonLaw:
         person: Whose, and which arm.
         reaches: It was fitted to so many.
         fitted: The law.
+        postures: In which each task begins and ends on the average, (3,) and (3,) [rad]; reaches that are
+            no repetitions of each other are there by their number.
     """
 
     person: str
     reaches: int
     fitted: FittedLaw
+    postures: Mapping[str | int, tuple[Array, Array]]
 
 
 def fit_person_laws(
@@ -67,43 +74,44 @@ def fit_person_laws(
             groups[reach.person].append(reach)
     found, left_out = [], []
     for person, own in sorted(groups.items()):
-        alike = _alike(own)
-        if len(set(alike)) < LEAST_REACHES:
-            left_out.append(
-                f"{person}: {len(set(alike))} different reaches, a law needs {LEAST_REACHES}"
-            )
-            continue
         try:
-            fitted = _fit(own, alike, names, scaling, progress)
+            found.append(person_law(person, own, names, scaling, progress))
         except (HriError, np.linalg.LinAlgError) as error:
             left_out.append(f"{person}: {error}")
-            continue
-        found.append(PersonLaw(person, len(own), fitted))
     return found, left_out
 
 
-def _alike(own: Sequence[CollectedReach]) -> list[str]:
-    """What reach each one is: its task, where all of a task begin and end in nearly the same place."""
-    groups: dict[str, list[ObservedReach]] = defaultdict(list)
-    for each in own:
-        groups[each.task].append(each.observed)
-    repeated = {task for task, seen in groups.items() if are_repetitions(seen)}
-    return [each.task if each.task in repeated else str(n) for n, each in enumerate(own)]
-
-
-def _fit(
+def person_law(
+    person: str,
     own: Sequence[CollectedReach],
-    alike: Sequence[str],
     names: tuple[str, ...],
     scaling: str,
-    progress: Callable[[int, int], None],
-) -> FittedLaw:
-    """The law of reaches of one arm: all of them have the same model."""
+    progress: Callable[[int, int], None] = lambda done, of: None,
+) -> PersonLaw:
+    """Fit a law to the reaches of one arm.
+
+    When reaches begin and end is found along with it where all are known to go from rest to rest.
+
+    Args:
+        person: Whose, and which arm.
+        own: At least one; all have the same model of the arm.
+        names: Costs, joint jerk among them.
+        scaling: How costs are brought to one range.
+        progress: Called with steps done and their number.
+
+    Raises:
+        ConfigError: without joint jerk, or with one cost alone.
+        DataError: too few different reaches.
+        NotConverged: the lower level was not solved.
+    """
+    alike = _alike(own)
+    if len(set(alike)) < LEAST_REACHES:
+        raise DataError(f"{len(set(alike))} different reaches, a law needs {LEAST_REACHES}")
     solver = ReachSolver(own[0].arm)
     wholes = [each.whole for each in own if each.whole is not None]
-    free = len(wholes) == len(own)  # when they begin and end is found along with the law
+    free = len(wholes) == len(own)
     seen = [each.seen for each in wholes] if free else [each.observed for each in own]
-    return fit_law(
+    fitted = fit_law(
         lambda _: solver,
         seen,
         names,
@@ -113,13 +121,40 @@ def _fit(
         alike=alike,
         progress=progress,
     )
+    return PersonLaw(
+        person, len(own), fitted, dict(zip(alike, mean_postures(seen, alike), strict=True))
+    )
+
+
+def _alike(own: Sequence[CollectedReach]) -> list[str | int]:
+    """What reach each one is: its task, where all of a task begin and end in nearly the same place."""
+    groups: dict[str, list[ObservedReach]] = defaultdict(list)
+    for each in own:
+        groups[each.task].append(each.observed)
+    repeated = {task for task, seen in groups.items() if are_repetitions(seen)}
+    return [each.task if each.task in repeated else n for n, each in enumerate(own)]
 
 
 def to_mapping(one: PersonLaw) -> dict[str, Any]:
-    """For the file of results: theta and its standard deviations, a row a cost but joint jerk.
+    """For the file of results: theta, and weights of each task as logarithms of ratios to joint jerk's.
 
-    Standard deviations of what reaches say nothing of are null.
+    Both with standard deviations, a row a cost but joint jerk; those of theta are null where reaches say
+    nothing of it.
     """
+    law = one.fitted.law
+    reference = law.names.index(JOINT_JERK)
+    tasks = []
+    for task, ends in one.postures.items():
+        weights = np.log(law.alpha(*ends))
+        tasks.append(
+            {
+                "task": task if isinstance(task, str) else None,
+                "q_start_deg": np.degrees(ends[0]).tolist(),
+                "q_end_deg": np.degrees(ends[1]).tolist(),
+                "logs": np.delete(weights - weights[reference], reference).tolist(),
+                "log_sd": one.fitted.log_sd(*ends).tolist(),
+            }
+        )
     return {
         "person": one.person,
         "reaches": one.reaches,
@@ -131,6 +166,7 @@ def to_mapping(one: PersonLaw) -> dict[str, Any]:
         ],
         "rms_cm": 100.0 * one.fitted.rms_m,
         "steps": one.fitted.steps,
+        "tasks": tasks,
     }
 
 

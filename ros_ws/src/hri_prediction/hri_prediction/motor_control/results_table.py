@@ -28,7 +28,7 @@ def summary_rows(outcomes: Sequence[Outcome], names: Sequence[str]) -> list[tupl
         (
             name.replace("_", " "),
             _spread(alpha[:, i]),
-            # At a corner of the simplex nothing is said of how sure a weight is.
+            # At a corner of the simplex it is another figure: how much more, or less, a weight may be.
             _median(sd[(alpha[:, i] > 0.0) & (alpha[:, i] < 1.0), i]),
             _spread(single[:, i]),
             _spread(joints[:, i]),

@@ -27,8 +27,10 @@ from hri_prediction.ros.conversions import WORLD, current_sample, flat
 from hri_prediction.ros.messages import HumanArm, IdsList, InteractionCase, InteractionFeatures
 from hri_prediction.ros.node import OK, WARN, HriNode, run_node
 from hri_prediction.ros.parameters import declare_config
-from hri_prediction.ros.qos import LATCHED, SENSOR, reliable
+from hri_prediction.ros.qos import LISTS, SENSOR, reliable
 from hri_prediction.ros.time import NANO, to_time
+from hri_prediction.ros.tracked import TRACKED, take_list
+from hri_prediction.tracked_lists import TrackedLists
 from hri_prediction.tracks.segmentation import SegmentationConfig
 
 _ARM_TOPIC = "humans/bodies/{}/arm"
@@ -84,6 +86,8 @@ class InteractionMonitorNode(HriNode):
             )
         self._path = path
         self._watch = DyadWatch(watch, segmentation)
+        self._lists = TrackedLists()
+        self._told_lists = False
         self._pair = Pair(None, "no source has said who is tracked")
         self._newest_ns = [0, 0]
         self._seen_ns = np.zeros((len(AGENTS), len(KEYPOINTS)), dtype=np.int64)
@@ -97,14 +101,18 @@ class InteractionMonitorNode(HriNode):
         self._features = self.announce(InteractionFeatures, FEATURES_TOPIC, reliable(1))
         # Deeper than what is told 25 times a second: two movements may be over in the same instant.
         self._cases = self.announce(InteractionCase, CASE_TOPIC, reliable(10))
-        self.listen(IdsList, "humans/bodies/tracked", self._on_ids, LATCHED)
+        self.listen(IdsList, TRACKED, self._on_ids, LISTS)
         self.set_period(self._config.period)
 
     # ------------------------------------------------------------------ inputs
     def _on_ids(self, message: IdsList) -> None:
-        before = self._pair.bodies
-        # Each once, in the order in which they are told.
-        ids = list(dict.fromkeys(message.ids))
+        take_list(self._lists, message, self.tick_ns)
+        self._told_lists = True
+
+    def _choose(self) -> None:
+        """Watch two of those who are tracked."""
+        self._told_lists = False
+        before, ids = self._pair.bodies, self._lists.ids or ()
         for body in ids:
             if not valid_body_id(body):
                 self.fault("bodies", f"body {body!r} is not watched: its name is no part of topics")
@@ -197,6 +205,9 @@ class InteractionMonitorNode(HriNode):
 
     def on_tick(self, now_ns: int) -> None:
         """Tell features, and what the movement looks like so far, 25 times a second; ends sooner."""
+        self._lists.look(now_ns)
+        if self._told_lists and not self._lists.pending:  # else one who is listed may have left
+            self._choose()
         if self._next_ns - now_ns > NANO:  # the clock went back
             self._next_ns = now_ns
         if now_ns < self._next_ns:

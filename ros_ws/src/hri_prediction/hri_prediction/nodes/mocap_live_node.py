@@ -6,8 +6,6 @@ import sys
 from dataclasses import dataclass
 from typing import Any
 
-from std_msgs.msg import Header
-
 from hri_prediction.arm.body_id import BODY_ID_RULE, valid_body_id
 from hri_prediction.arm.geometry import SIDES
 from hri_prediction.config import parameter, validate
@@ -16,12 +14,13 @@ from hri_prediction.live.arm_stream import ArmStream, LiveBody, MarkerLayout
 from hri_prediction.live.qtm import QtmFrame
 from hri_prediction.live.qtm_client import QtmClient
 from hri_prediction.live.stream_clock import StreamClock
-from hri_prediction.ros.conversions import WORLD, message_from_sample
-from hri_prediction.ros.messages import HumanArm, IdsList
+from hri_prediction.ros.conversions import message_from_sample
+from hri_prediction.ros.messages import HumanArm
 from hri_prediction.ros.node import ERROR, OK, CountedPublisher, HriNode, run_node
 from hri_prediction.ros.parameters import declare_config
-from hri_prediction.ros.qos import LATCHED, SENSOR
-from hri_prediction.ros.time import seconds_to_ns, to_time
+from hri_prediction.ros.qos import SENSOR
+from hri_prediction.ros.time import seconds_to_ns
+from hri_prediction.ros.tracked import TrackedList
 from hri_prediction.tracks.importers.axes import parse_axes
 from hri_prediction.tracks.placement import Placement
 
@@ -140,9 +139,7 @@ class MocapLiveNode(HriNode):
             body: self.announce(HumanArm, f"humans/bodies/{body}/arm", SENSOR)
             for body in dict.fromkeys(config.bodies)
         }
-        self._ids = self.announce(IdsList, "humans/bodies/tracked", LATCHED)
-        header = Header(stamp=to_time(self.now_ns()), frame_id=WORLD)
-        self._ids.publish(IdsList(header=header, ids=list(self._arms)))
+        self._list = TrackedList(self, self._arms)
         self._client = QtmClient(
             config.host,
             config.port,
@@ -153,6 +150,7 @@ class MocapLiveNode(HriNode):
 
     def on_tick(self, now_ns: int) -> None:
         """Publish the frames that have come."""
+        self._list.say(now_ns)
         for frame in self._client.take():
             if frame.layout is not self._layout:
                 self._begin(frame.layout)
@@ -206,7 +204,7 @@ class MocapLiveNode(HriNode):
             self._arms[body].publish(message_from_sample(sample, body))
 
     def close(self) -> None:
-        """End the connection. The bodies stay tracked: somebody may still be there."""
+        """End the connection."""
         self._client.close()
 
     def health(self) -> tuple[bytes, str, dict[str, Any]]:

@@ -28,8 +28,10 @@ from hri_prediction.ros.markers import arm_markers, prediction_markers
 from hri_prediction.ros.messages import HumanArm, HumanPrediction, IdsList, LoadModel
 from hri_prediction.ros.node import ERROR, OK, WARN, HriNode, run_node
 from hri_prediction.ros.parameters import declare_config
-from hri_prediction.ros.qos import LATCHED, PREDICTIONS, SENSOR, reliable
+from hri_prediction.ros.qos import LISTS, PREDICTIONS, SENSOR, reliable
 from hri_prediction.ros.time import NANO
+from hri_prediction.ros.tracked import TRACKED, take_list
+from hri_prediction.tracked_lists import TrackedLists
 from hri_prediction.warm import warm_kernels
 
 MARKER_PERIOD_NS = NANO // 10
@@ -88,6 +90,8 @@ class PredictorNode(HriNode):
         self._library = self._load(self._config.library) if self._config.library else None
         self._library_name = self._config.library
         self._bodies: dict[str, FollowedBody] = {}
+        self._lists = TrackedLists()
+        self._followed_ids: tuple[str, ...] = ()
         self._compute_ms: deque[float] = deque(maxlen=500)
         self._next_markers_ns = 0
         guess = declare_config(self, HybridConfig, prefix="guess")
@@ -112,7 +116,7 @@ class PredictorNode(HriNode):
         self._without = "none (hybrid)" if self._learning else "none (constant velocity)"
         warm_kernels()
         self._markers = self.announce(MarkerArray, "humans/markers", reliable(1))
-        self.listen(IdsList, "humans/bodies/tracked", self._on_ids, LATCHED)
+        self.listen(IdsList, TRACKED, self._on_ids, LISTS)
         self.serve(LoadModel, "~/load_model", self._on_load_model)
         self.set_period(self._config.period)
 
@@ -128,11 +132,17 @@ class PredictorNode(HriNode):
 
     # ------------------------------------------------------------------ inputs
     def _on_ids(self, message: IdsList) -> None:
-        for body_id in [known for known in self._bodies if known not in message.ids]:
+        take_list(self._lists, message, self.tick_ns)
+        self._follow()
+
+    def _follow(self) -> None:
+        """Follow those who are tracked, and nobody else."""
+        self._followed_ids = ids = self._lists.ids or ()
+        for body_id in [known for known in self._bodies if known not in ids]:
             # Trackers give a new id to whoever reappears: what is over must make room.
             self.ignore(_ARM_TOPIC.format(body_id))
             self.withdraw(self._bodies.pop(body_id).publisher)
-        for body_id in message.ids:
+        for body_id in ids:
             if body_id in self._bodies:
                 continue
             if not valid_body_id(body_id):
@@ -141,9 +151,9 @@ class PredictorNode(HriNode):
                 )
                 continue
             if len(self._bodies) >= self._config.max_bodies:
-                self.fault(
-                    "bodies", f"body {body_id!r} is not followed: max_bodies = {len(self._bodies)}"
-                )
+                if not self._lists.pending:  # else there may be room soon
+                    why = f"max_bodies = {len(self._bodies)}"
+                    self.fault("bodies", f"body {body_id!r} is not followed: {why}")
                 continue
             publisher = self.announce(
                 HumanPrediction, f"humans/bodies/{body_id}/prediction", PREDICTIONS
@@ -192,6 +202,9 @@ class PredictorNode(HriNode):
     # ------------------------------------------------------------------ work
     def on_tick(self, now_ns: int) -> None:
         """Predict every tracked arm that was ever seen."""
+        self._lists.look(now_ns)
+        if (self._lists.ids or ()) != self._followed_ids:
+            self._follow()
         for body in self._bodies.values():
             for name, arm in body.named_arms():
                 for kind, text in arm.news():

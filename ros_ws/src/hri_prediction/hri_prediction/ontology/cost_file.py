@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hri_prediction.errors import ConfigError, DataError
+from hri_prediction.files.sealed import check_seal, sealed
 from hri_prediction.files.values import read_json
 from hri_prediction.ontology.cases import find_case
 from hri_prediction.ontology.costs import COSTS, NUMBER
@@ -70,7 +71,7 @@ class LearntCosts:
             **more,
         }
         new = path.with_suffix(".new")
-        new.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n")
+        new.write_text(json.dumps(sealed(content), indent=1, allow_nan=False) + "\n")
         new.replace(path)
 
 
@@ -90,7 +91,7 @@ def load_costs(path: str | Path) -> LearntCosts:
         if content["costs"] != list(COSTS):
             raise DataError("other costs than these", expected=", ".join(COSTS))
         cases = {find_case(name).name: costs_of(one) for name, one in content["cases"].items()}
-        return LearntCosts(cases, length, str(content.get("about", "")))
+        learnt = LearntCosts(cases, length, str(content.get("about", "")))
     except (ConfigError, DataError) as error:
         raise DataError(f"{path}: {error.problem}", expected=error.expected) from error
     # Arithmetic: a number that is too large to be one.
@@ -98,6 +99,8 @@ def load_costs(path: str | Path) -> LearntCosts:
         raise DataError(
             f"{path} is incomplete: {error!r:.200}", expected=f"a whole {FORMAT}"
         ) from error
+    check_seal(content, path)
+    return learnt
 
 
 def plain_costs(costs: CaseCosts) -> dict[str, Any]:

@@ -92,7 +92,8 @@ def _session(entry: Any, folder: Path) -> RecordedSession:
     if not (
         isinstance(bodies, (list, tuple))
         and len(bodies) in (0, 2)
-        and len(set(bodies)) == len(bodies)
+        and len(set(map(str, bodies))) == len(bodies)
+        and all(isinstance(body, (str, int)) for body in bodies)
     ):
         raise DataError(f"bodies {shown(bodies)}", expected="two different ids")
     if side not in SIDES:

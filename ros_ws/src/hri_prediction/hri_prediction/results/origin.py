@@ -32,6 +32,7 @@ def results_origin() -> dict[str, Any]:
             "cpu": cpu_model(),
             "cores": available_cores(),
             "python": platform.python_version(),
+            "socket_bytes": _socket_bytes(),
         },
     }
 
@@ -53,3 +54,17 @@ def cpu_model(info: Path = Path("/proc/cpuinfo")) -> str:
         lines = []
     names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     return next((name for name in names if name), platform.machine() or UNKNOWN)
+
+
+def socket_line(origin: dict[str, Any]) -> str:
+    """What decides how long a held-up process loses nothing, as a line of a report."""
+    size = origin["machine"].get("socket_bytes")
+    held = "an unknown size" if size is None else f"{size / 1e6:.1f} MB"
+    return f"Buffers of sockets are of {held} at most (net.core.rmem_max)."
+
+
+def _socket_bytes() -> int | None:
+    try:
+        return int(Path("/proc/sys/net/core/rmem_max").read_text())
+    except (OSError, ValueError):
+        return None

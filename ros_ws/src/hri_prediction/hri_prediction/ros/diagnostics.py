@@ -28,6 +28,10 @@ FAULT_NS = 5 * NANO
 QUIET_S = 1.0
 """A stream of which nothing has come for longer has run dry [s]."""
 KEPT_TICKS = 1000
+UP_S, LEVEL_NOW = "up_s", "level_now"
+"""Keys of the time since the first tick, by the node's clock, and of the level without past faults."""
+OVER_NS = NANO
+"""A fault that was noted longer ago, and not again, is over, though it is told [ns]."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +102,11 @@ class Diagnostics:
             for topic, (flow, is_stream) in self._flows.items()
             if is_stream and flow.quiet_s(now_ns) > QUIET_S
         }
-        level, text = summary(level, text, tuple(self._faults.values()), quiet)
+        faults = tuple(self._faults.values())
+        recent = [fault for fault in faults if fault.until_ns - now_ns > FAULT_NS - OVER_NS]
+        level_now, _ = summary(level, text, recent, quiet)
+        level, text = summary(level, text, faults, quiet)
+        figures[LEVEL_NOW] = int.from_bytes(level_now, "little")
         figures |= self._tick_figures()
         figures |= self._topic_figures(now_ns, figures)
         figures |= {f"quiet_s {topic}": f"{quiet_s:.1f}" for topic, quiet_s in quiet.items()}
@@ -114,12 +122,16 @@ class Diagnostics:
         self._publisher.publish(DiagnosticArray(header=header, status=[status]))
 
     def _tick_figures(self) -> dict[str, Any]:
-        figures: dict[str, Any] = {"period_ms": f"{self._node.period_s * 1e3:g}"}
+        figures: dict[str, Any] = {
+            UP_S: f"{max(self._node.tick_ns - self._node.started_ns, 0) / NANO:.3f}",
+            "period_ms": f"{self._node.period_s * 1e3:g}",
+        }
         ordered = sorted(self._tick_ms)
         if ordered:
             figures["tick_ms_p50"] = f"{ordered[len(ordered) // 2]:.3f}"
             figures["tick_ms_p99"] = f"{ordered[int(len(ordered) * 0.99)]:.3f}"
         figures["tick_overruns"] = self.overruns
+        figures["scheduling"] = self._node.scheduling
         figures["compiled_late"] = ", ".join(self._node.compiled_late())
         return figures
 

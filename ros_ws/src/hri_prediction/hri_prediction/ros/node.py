@@ -9,7 +9,6 @@ whatever the order of their arrival.
 from __future__ import annotations
 
 import copy
-import difflib
 import faulthandler
 import gc
 import inspect
@@ -23,20 +22,21 @@ import rclpy
 from rclpy.clock import Clock, ClockType
 from rclpy.context import Context
 from rclpy.executors import ExternalShutdownException
-from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
 
 from hri_prediction.compiled import compiled_variants
-from hri_prediction.errors import ConfigError, HriError
+from hri_prediction.errors import HriError
 from hri_prediction.flow import Flow
 from hri_prediction.ros.diagnostics import ERROR, OK, WARN, Diagnostics
 from hri_prediction.ros.inbox import Handler, Inbox
+from hri_prediction.ros.parameters import declare_config, refuse_undeclared
 from hri_prediction.ros.polling import PollingNode
 from hri_prediction.ros.qos import LATCHED
 from hri_prediction.ros.readiness import ready_line
+from hri_prediction.ros.scheduling import SHARED, SchedulingConfig, take_precedence
 from hri_prediction.ros.time import NANO, to_ns
 
 STANDSTILL = "was not run for"
@@ -97,6 +97,8 @@ class HriNode(PollingNode):
         **kwargs: Any,
     ) -> None:
         super().__init__(name, context=context, **kwargs)
+        self._realtime_priority = declare_config(self, SchedulingConfig).realtime_priority
+        self.scheduling = SHARED
         self.lockstep = lockstep_ns is not None
         self.period_s = period_s
         self.tick_ns = lockstep_ns or 0  # when the present tick began: for its handlers
@@ -110,11 +112,11 @@ class HriNode(PollingNode):
         self._lockstep_now_ns = lockstep_ns or 0
         # Added to the wall clock for the node's time at a receipt, which the middleware says.
         self._ahead_ns = 0
-        self._worked_s = 0.0
+        self._worked_s = self._asked_s = 0.0
         # Compiled kernels at the first tick: none may be added afterwards.
         self._variants: dict[str, int] | None = None
         self._next_diagnostics_ns = self._diagnosed_ns = 0
-        self._started_ns = 0
+        self.started_ns = 0
         self._diagnostics = Diagnostics(self, self._inbox.dropped)
         self._timer: Any = None
         self.ticks_on_own_clock = True
@@ -126,13 +128,16 @@ class HriNode(PollingNode):
 
         Args:
             period_s: The period [s].
-            clock: Clock of the timer; the node's own when not given.
+            clock: Clock of the timer. When not given, ``/clock`` with ``use_sim_time``, else a steady one:
+                by the time of the day it would wait for an hour when that is set back by one.
         """
         self.period_s = period_s
         self.ticks_on_own_clock = clock is None
         if self._timer is not None:
             self.destroy_timer(self._timer)
         if not self.lockstep:
+            if clock is None and not self.get_parameter("use_sim_time").value:
+                clock = Clock(clock_type=ClockType.STEADY_TIME)
             self._timer = self.create_timer(period_s, self.tick, clock=clock)
 
     # ---------------------------------------------------------------- time
@@ -238,19 +243,20 @@ class HriNode(PollingNode):
             self._lockstep_now_ns = now_ns
         if self._variants is None:
             self._variants = compiled_variants()
-            self._started_ns = self.now_ns()
+            self.started_ns = self.now_ns()
         start = time.perf_counter()
         self._notice_standstill(start)
         self.tick_ns = self.now_ns()
         self._ahead_ns = self.tick_ns - time.time_ns()
         self.take()
         self._inbox.hand_over()
+        self._asked_s = time.perf_counter()  # before the time is read: a hold-up in between counts
         now = self.now_ns()
         self.on_tick(now)
         self._worked_s = time.perf_counter()
         self._diagnostics.ticked(self._worked_s - start, self.period_s)
         if now >= self._next_diagnostics_ns:
-            starting = not self.lockstep and 0 <= now - self._started_ns < STARTING_NS
+            starting = not self.lockstep and 0 <= now - self.started_ns < STARTING_NS
             self._diagnosed_ns = now
             self._next_diagnostics_ns = now + (STARTING_PERIOD_NS if starting else NANO)
             self._diagnostics.tell(now)
@@ -260,20 +266,24 @@ class HriNode(PollingNode):
     def _notice_standstill(self, now_s: float) -> None:
         """Say so when the timer came much too late: not this node's work but the machine's."""
         gap = now_s - self._worked_s
-        if (
-            self._timer is None
-            or not self._worked_s
-            or gap <= max(STANDSTILL_S, 10 * self.period_s)
-        ):
+        most = max(STANDSTILL_S, 10 * self.period_s)
+        if self._timer is None or not self._worked_s or gap <= most:
             return
-        simulated = self.get_parameter("use_sim_time").value
-        if simulated and self._timer.clock.clock_type == ClockType.ROS_TIME:
+        if self._timer.clock.clock_type == ClockType.ROS_TIME:
             return  # /clock may stand still
-        self.fault("standstill", f"this node {STANDSTILL} {gap:.2f} s: is the machine overloaded?")
+        why = "is the machine overloaded, or was it stopped by a signal?"
+        self.fault("standstill", f"this node {STANDSTILL} {gap:.2f} s: {why}")
 
     def on_tick(self, now_ns: int) -> None:
         """Compute and publish; called once a tick, after the message handlers."""
         raise NotImplementedError
+
+    def held_s(self) -> float:
+        """How long ago the time was read that this tick computes with, by a steady clock [s].
+
+        In lock-step 0: time stands still within a tick.
+        """
+        return 0.0 if self.lockstep else time.perf_counter() - self._asked_s
 
     def settled(self) -> bool:
         """Whether all that services and actions owe this node now has come: lock-step waits for it."""
@@ -304,6 +314,10 @@ class HriNode(PollingNode):
             return []
         before = self._variants
         return [name for name, count in compiled_variants().items() if count > before.get(name, 0)]
+
+    def take_precedence(self) -> None:
+        """Let this process have the priority that the node's parameter says."""
+        self.scheduling = take_precedence(self._realtime_priority)
 
     def health(self) -> tuple[bytes, str, dict[str, Any]]:
         """Level, summary and figures for /diagnostics; nodes extend it."""
@@ -342,6 +356,7 @@ def run_node(make: Callable[[], HriNode], args: list[str] | None = None) -> int:
         gc.collect()
         gc.freeze()
         end.interrupt = False
+        node.take_precedence()  # not before: importing and compiling are to keep nobody waiting
         print(ready_line(node), flush=True)
         while rclpy.ok() and not end.asked:
             executor.spin_once(timeout_sec=0.1)
@@ -379,22 +394,3 @@ class _EndSignal:
         self.asked = True
         if self.interrupt:
             raise KeyboardInterrupt
-
-
-def refuse_undeclared(node: Node) -> None:
-    """Refuse parameter values that no parameter of the node takes: a misspelled margin is no margin.
-
-    Raises:
-        ConfigError: naming the first one and those that are spelled alike.
-    """
-    for name in node._parameter_overrides:
-        if node.has_parameter(name) or name.startswith("qos_overrides."):
-            continue
-        known = [str(other) for other in node._parameters]
-        near = difflib.get_close_matches(name, known, 3)
-        raise ConfigError(
-            f"node {node.get_name()} has no parameter {name!r}",
-            expected="one like " + ", ".join(near)
-            if near
-            else "one of " + ", ".join(sorted(known)),
-        )

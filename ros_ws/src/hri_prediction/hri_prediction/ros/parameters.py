@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import difflib
 import typing
 from typing import Any, TypeVar
 
@@ -92,3 +93,22 @@ def declare_config(
     if faults:
         raise all_of("", faults)
     return from_mapping(cls, values)
+
+
+def refuse_undeclared(node: Node) -> None:
+    """Refuse parameter values that no parameter of the node takes: a misspelled margin is no margin.
+
+    Raises:
+        ConfigError: naming the first one and those that are spelled alike.
+    """
+    for name in node._parameter_overrides:
+        if node.has_parameter(name) or name.startswith("qos_overrides."):
+            continue
+        known = [str(other) for other in node._parameters]
+        near = difflib.get_close_matches(name, known, 3)
+        raise ConfigError(
+            f"node {node.get_name()} has no parameter {name!r}",
+            expected="one like " + ", ".join(near)
+            if near
+            else "one of " + ", ".join(sorted(known)),
+        )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from copy import copy
+
 from rclpy.qos import (
     DurabilityPolicy,
     HistoryPolicy,
@@ -23,6 +25,10 @@ LATCHED = QoSProfile(
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
 """The newest value, also for those who join late."""
+
+LISTS = copy(LATCHED)
+"""The same for who listens to what is said again and again: one that is held up for a while drops none."""
+LISTS.depth = 10
 
 
 def reliable(depth: int) -> QoSProfile:

@@ -42,9 +42,10 @@ from typing import Any
 import numpy as np
 
 from hri_prediction.arm.geometry import KEYPOINTS
-from hri_prediction.errors import DataError, cut, shown
+from hri_prediction.errors import DataError, HriError, cut, shown
 from hri_prediction.files.arrays import parse_arrays
 from hri_prediction.files.content import read_content
+from hri_prediction.files.whole import write_whole
 from hri_prediction.tracks.adapters import (
     is_adl_arrays,
     is_run_arrays,
@@ -104,7 +105,8 @@ def load_tracks(path: str | Path) -> list[ArmTrack]:
 def save_tracks(path: str | Path, tracks: Sequence[ArmTrack]) -> None:
     """Write tracks as NPZ, or one track as CSV when the name ends in ``.csv``.
 
-    NPZ keeps every bit of the numbers; CSV keeps 1 us and 1 um.
+    NPZ keeps every bit of the numbers; CSV keeps 1 us and 1 um. Where it cannot be written to the end, a
+    file that was there stays as it was.
 
     Raises:
         DataError: when there are no tracks, more than one for a CSV file, another file name
@@ -113,21 +115,27 @@ def save_tracks(path: str | Path, tracks: Sequence[ArmTrack]) -> None:
     path = Path(path)
     if not tracks:
         raise DataError(f"no tracks to write to {path}", expected="at least one")
-    try:
+    if path.suffix not in (".npz", ".csv"):
+        raise DataError(f"cannot write tracks to {path}", expected="a name in .npz or .csv")
+    if path.suffix == ".csv" and len(tracks) != 1:
+        raise DataError(
+            f"{len(tracks)} tracks for {path}",
+            expected="one track in a CSV file",
+            hint="write an .npz file instead",
+        )
+    if not path.parent.is_dir():
+        raise DataError(f"cannot write {path}: there is no folder {path.parent}")
+
+    def write(part: Path) -> None:
         if path.suffix == ".csv":
-            if len(tracks) != 1:
-                raise DataError(
-                    f"{len(tracks)} tracks for {path}",
-                    expected="one track in a CSV file",
-                    hint="write an .npz file instead",
-                )
-            path.write_text(_csv_text(tracks[0]), encoding="utf-8")
-        elif path.suffix == ".npz":
-            np.savez(path, **_npz_arrays(tracks))
+            part.write_text(_csv_text(tracks[0]), encoding="utf-8")
         else:
-            raise DataError(f"cannot write tracks to {path}", expected="a name in .npz or .csv")
-    except OSError as error:
-        raise DataError(f"cannot write {path}: {error.strerror}") from error
+            np.savez(part, **_npz_arrays(tracks))
+
+    try:
+        write_whole({path.resolve(): write})
+    except HriError as error:
+        raise DataError(str(error)) from error
 
 
 def _npz_arrays(tracks: Sequence[ArmTrack]) -> dict[str, Any]:

@@ -6,12 +6,16 @@ import numpy as np
 
 from hri_prediction.errors import DataError
 from hri_prediction.tracks.importers.units import UNITS
-from hri_prediction.tracks.track import ArmTrack
+from hri_prediction.tracks.track import ArmSample, ArmTrack
 
 SEGMENT_M = (0.15, 0.6)
 """Shortest and longest upper arm or forearm that is believed [m]: from children to what markers on the
 skin add."""
 _SEGMENTS = ("upper arm", "forearm")
+_HAND_M = 0.3
+"""Longest hand, from the wrist to the tip [m]."""
+_SINGLE = 0.5, 1.5
+"""Markers move on the skin, and noise comes on top: a single sample may be so far out of those limits."""
 
 
 def check_arm(track: ArmTrack, where: str = "", hint: str = "") -> None:
@@ -44,6 +48,28 @@ def check_arm(track: ArmTrack, where: str = "", hint: str = "") -> None:
         expected=f"upper arm and forearm of {low:g} to {high:g} m",
         hint=hint or _hint(lengths),
     )
+
+
+def check_sample(sample: ArmSample, whose: str) -> None:
+    """Refuse a single sample of which a segment is far from any arm's: mostly a wrong unit.
+
+    Args:
+        sample: In metres; what is not seen is not judged.
+        whose: What the error names it.
+
+    Raises:
+        DataError: with the length.
+    """
+    spans = np.linalg.norm(np.diff(sample.keypoints, axis=0), axis=1)
+    low, high = SEGMENT_M
+    limits = ((low, high), (low, high), (0.0, _HAND_M))
+    for name, span, (least, most) in zip((*_SEGMENTS, "hand"), spans, limits, strict=True):
+        if span < _SINGLE[0] * least or span > _SINGLE[1] * most:  # NaN is neither
+            raise DataError(
+                f"the {sample.side} {name} of {whose} is {span:.3g} m long",
+                expected=f"{least:g} to {most:g} m",
+                hint="check the unit: positions are in metres",
+            )
 
 
 def _hint(lengths: dict[str, float]) -> str:

@@ -9,11 +9,14 @@ from typing import Any
 
 import numpy as np
 
+from hri_planner.separation.config import MEASURED, PREDICTED
 from hri_prediction.ros.messages import HumanPrediction
 from hri_sim.faults.motion import (
     AT_REST,
     NAMED,
+    POLICY,
     PREDICTION,
+    PTOMP,
     REACHED,
     SAFE,
     WILD,
@@ -30,7 +33,8 @@ from hri_sim.testing.spoiling import REMAP, Bystander, Spoil, Tamper
 VALID = Figure("valid", "predictions that are valid while nothing can be seen", limit=0.0)
 BLIND_S = 0.3
 """A prediction may count on samples that are as old as this: it looks ahead from them [s]."""
-MONITORS = (OFF, "measured")
+GRAPHS = ((PTOMP, OFF), (PTOMP, MEASURED), (POLICY, OFF), (PTOMP, PREDICTED), (POLICY, MEASURED))
+"""What moves the robot, and the monitor beside it: each in turn, by the seed."""
 
 
 @dataclass(frozen=True)
@@ -53,10 +57,10 @@ class Spoiling:
 
 
 def spoil(spoiling_: Spoiling, seed: int, place: Place) -> Trial:
-    """One repetition; every other one with a separation monitor."""
-    monitor = MONITORS[seed % 2]
+    """One repetition, with one of the graphs."""
+    mover, monitor = GRAPHS[seed % len(GRAPHS)]
     options: dict[str, Any] = {"remappings": REMAP, "sensors": [Tamper], "separation": monitor}
-    with Motion(seed, place, spoiling_.name, **options) as motion:
+    with Motion(seed, place, spoiling_.name, mover=mover, **options) as motion:
         handle = motion.under_way()
         seconds = motion.rng.uniform(*spoiling_.seconds)
         tamper = motion.graph.nodes["tamper"]
@@ -67,6 +71,7 @@ def spoil(spoiling_: Spoiling, seed: int, place: Place) -> Trial:
         figures: dict[str, float | None] = {}
         if spoiling_.stops:
             figures["rest_ms"] = motion.rest_ms()
+        if spoiling_.stops and mover == PTOMP:  # a policy needs no predictions
             late = [
                 m
                 for now_ns, m in motion.timed(PREDICTION)
@@ -84,8 +89,8 @@ def spoil(spoiling_: Spoiling, seed: int, place: Place) -> Trial:
 def second_body(seed: int, place: Place) -> Trial:
     """Somebody else is there, holding an arm still beside the robot."""
     arm = arm_beside(seed, scene(seed, place.keep)[0])
-    sensors = [node_factory(Bystander, arm)]
-    with Motion(seed, place, "bodies", sensors=sensors, separation=MONITORS[seed % 2]) as motion:
+    sensors, monitor = [node_factory(Bystander, arm)], (OFF, MEASURED, PREDICTED)[seed // 3 % 3]
+    with Motion(seed, place, "bodies", sensors=sensors, separation=monitor) as motion:
         motion.graph.run(0.6)
         motion.mark()
         outcome = motion.finish(motion.start(), 25.0)
@@ -109,7 +114,7 @@ def _stopping(name: str, title: str, injected: str, how: Spoil, *words: str) -> 
         name,
         title,
         f"{injected}, for 0.5 to 1 s, at a random time of a motion",
-        "robot at rest, prediction invalid, named; afterwards the goal is reached",
+        "robot at rest, prediction (where there is one) invalid, named; afterwards the goal is reached",
         LOCKSTEP,
         (AT_REST, NAMED, VALID, WILD, REACHED, *SAFE),
         lockstep(partial(spoil, spoiling_)),
@@ -159,7 +164,7 @@ CAPTURE = (
     _stopping("mocap_nan", "NaN from motion capture", "all keypoints are NaN, and said to be valid",
               spoiling.not_a_number, "not finite"),
     _going_on("mocap_outliers", "outliers", "a tenth of the samples has a keypoint 0.2 to 2 m away",
-              spoiling.outliers, "jump"),
+              spoiling.outliers, "jump", "m long"),
     _going_on("mocap_swapped", "swapped markers", "elbow and wrist are exchanged",
               partial(_always, spoiling.swapped), "swapped", "jump"),
     Fault(

@@ -13,7 +13,12 @@ from rich.console import Console
 
 from hri_prediction.errors import ConfigError
 from hri_prediction.results.options import Workers, make_folders, resumable
-from hri_prediction.results.origin import available_cores, origin_line, results_origin
+from hri_prediction.results.origin import (
+    available_cores,
+    origin_line,
+    results_origin,
+    socket_line,
+)
 from hri_prediction.results.progress import ProgressLine
 from hri_sim.faults.catalogue import FAULTS
 from hri_sim.readability_report.run_folder import write_json
@@ -47,7 +52,7 @@ def report(content: dict[str, Any], results: Sequence[Result]) -> str:
     text = [
         "# When things go wrong, measured\n",
         f"Made by `scripts/reproduce_reliability.py{smoke}{fewer}`. Nothing here is certified.\n",
-        f"{origin_line(content['origin'])}\n",
+        f"{origin_line(content['origin'])} {socket_line(content['origin'])}\n",
         *table.kept_lines(results, _words(content["origin"])),
         *(
             ["**A smoke run: its figures say that everything runs, and nothing else.**\n"]

@@ -31,22 +31,24 @@ from hri_planner.ros.conversions import joints_from_message
 from hri_prediction.closing import Closing
 from hri_prediction.errors import GraphError
 from hri_prediction.ros.conversions import WORLD
+from hri_prediction.ros.diagnostics import UP_S
 from hri_prediction.ros.messages import ControllerState, Cue, ReachTarget, SimState
 from hri_prediction.ros.polling import PollingNode
 from hri_prediction.ros.qos import reliable
 from hri_prediction.ros.time import NANO, to_ns, to_time
 from hri_sim.faults.own_motion import REST, OwnMotion, own_motion
+from hri_sim.faults.reference import Asked, on_course
+from hri_sim.faults.specs import launched_specs
 from hri_sim.launch.deaths import RESTART, Deaths
+from hri_sim.launch.freezing import Freezes
 from hri_sim.launch.health import GraphHealth
-from hri_sim.launch.parameters import complete_parameters, read_parameters
-from hri_sim.launch.run import RunOptions, node_specs
-from hri_sim.launch.scene import SCENARIO
+from hri_sim.launch.run import RunOptions
 from hri_sim.launch.separation import OFF
 from hri_sim.launch.supervisor import NodeSpec, Supervisor
 from hri_sim.launch.vital import vital_topics
 from hri_sim.nodes.simulator_node import MAX_CATCH_UP
 from hri_sim.scenario.conditions import draw_scenario
-from hri_sim.scenario.schema import Scenario, save_scenario
+from hri_sim.scenario.schema import Scenario
 
 FRESH_S = 0.05
 """Joint states older than this say nothing of how the robot moves now [s]."""
@@ -80,6 +82,7 @@ class LiveGraph(Closing):
 
     Attributes:
         told: What the launcher has told its user: when [s], and what.
+        late: Who was not well again in time, the last time that somebody was not.
     """
 
     def __init__(
@@ -88,10 +91,12 @@ class LiveGraph(Closing):
         self.folder, self.scenario, self.mover = folder, scenario, mover
         self.supervisor = Supervisor(folder)
         self.told: list[tuple[float, str]] = []
+        self.late = ""
         self.reasons: list[tuple[float, str]] = []
         self._last: dict[str, str] = {}
+        self._spoke_s: dict[str, float] = {}
         self._deaths = Deaths(self.supervisor, self._tell, RESTART)
-        self._health = GraphHealth(self._tell)
+        self._health, self._freezes = GraphHealth(self._tell), Freezes(self._tell)
         self._context = Context()
         rclpy.init(context=self._context)
         self._node = PollingNode("onlooker", context=self._context, start_parameter_services=False)
@@ -144,8 +149,8 @@ class LiveGraph(Closing):
         self._asked: list[tuple[float, float]] = []
         self._touches: list[tuple[float, float, float]] = []
         self.reasons = self.reasons[-1:]
-        self.steps: list[tuple[float, np.ndarray]] = []
-        self._speak: list[tuple[float, str]] = []
+        self.references: list[Asked] = []
+        self._speak: list[tuple[float, float, str]] = []
 
     def _tell(self, text: str) -> None:
         self.told.append((time.time(), text))
@@ -161,7 +166,7 @@ class LiveGraph(Closing):
 
     def _on_reference(self, message: ControllerState) -> None:
         stamp_s = to_ns(message.header.stamp) / NANO
-        self.steps.append((stamp_s, np.array(message.reference_position)))
+        self.references.append(Asked.of(message, stamp_s))
         self._asked.append(
             (stamp_s, max((abs(v) for v in message.reference_velocity), default=0.0))
         )
@@ -180,7 +185,9 @@ class LiveGraph(Closing):
         self._health.take(message.status, time.monotonic(), begun=True)
         stamp_s = to_ns(message.header.stamp) / NANO
         for status in message.status:
-            self._speak.append((stamp_s, status.hardware_id))
+            up_s = next((float(item.value) for item in status.values if item.key == UP_S), 0.0)
+            self._speak.append((stamp_s, stamp_s - up_s, status.hardware_id))
+            self._spoke_s[status.hardware_id] = time.monotonic()
             self._last[status.hardware_id] = f"{status.hardware_id}: {status.message}"
             if status.level != DiagnosticStatus.OK:
                 said = f"/diagnostics of {status.hardware_id}: {status.message}"
@@ -197,12 +204,13 @@ class LiveGraph(Closing):
             self._node.take()
             self._deaths.look(begun=True)
             self._health.look(time.monotonic(), self.supervisor.pids)
+            self._freezes.look(time.monotonic(), self.supervisor.pids)
             if until():
                 return True
         return False
 
     def wait_ready(self) -> None:
-        """Until all nodes say that they are well.
+        """Until all nodes say that nothing is wrong now, each of them since the call.
 
         Raises:
             GraphError: when some do not; they are named.
@@ -210,14 +218,16 @@ class LiveGraph(Closing):
         for label in self._deaths.again:
             self._health.forget(label)
         # Each death counts anew: many are wanted here.
-        self._deaths = Deaths(self.supervisor, self._tell, RESTART)
+        self._deaths.forget(starts=True)
+        begin_s = time.monotonic()
 
         def absent() -> set[str]:
             labels = set(self.supervisor.labels)
-            missing = self._health.missing(labels, self._vital, patient=True)
+            missing = self._health.missing(labels, self._vital, patient=True, past=False)
             # The simulator warns of a motion that was broken off until the next one.
             unheard = self._health.missing(labels, self._vital, patient=False)
-            return (missing - {"simulator"}) | unheard
+            spoke = {label for label, when_s in self._spoke_s.items() if when_s > begin_s}
+            return (missing - {"simulator"}) | unheard | (labels - spoke)
 
         def ready() -> bool:
             return not absent() and self._client.server_is_ready()
@@ -226,7 +236,8 @@ class LiveGraph(Closing):
             return
         late = sorted(absent()) or ["the server of goals"]
         last = "; ".join(filter(None, (self._last.get(label, "") for label in late)))
-        self._tell(f"not well again within {SLOW_S:.0f} s: {', '.join(late)} ({last})")
+        self.late = f"not well again within {SLOW_S:.0f} s: {', '.join(late)} ({last})"
+        self._tell(self.late)
         if not self.spin(READY_S - SLOW_S, ready):
             missing = sorted(absent())
             said = "; ".join(
@@ -309,9 +320,14 @@ class LiveGraph(Closing):
         return own_motion(self.speeds, self._asked, self._touches, moving=self._moving)
 
     def back_s(self, label: str, since_s: float) -> float:
-        """When a node that died at a time said again how it is [s]; infinite when it has not."""
-        spoke = (stamp_s for stamp_s, who in self._speak if who == label and stamp_s > since_s)
-        return min(spoke, default=math.inf)
+        """When a node that died at a time ticked again [s]; infinite when it is not known to.
+
+        Others may hear it before its first status is heard here.
+        """
+        back = (
+            began_s for stamp_s, began_s, who in self._speak if who == label and stamp_s > since_s
+        )
+        return min((began_s for began_s in back if began_s > since_s), default=math.inf)
 
     def rest_ms(self, since_s: float, until_s: float = math.inf) -> float | None:
         """From a time to rest [ms]: 0 when the robot was at rest; none when it moves until the end.
@@ -330,13 +346,9 @@ class LiveGraph(Closing):
             return None
         return 0.0 if found.rest_s is None else max(found.rest_s - since_s, 0.0) * 1e3
 
-    def largest_step(self) -> float:
-        """Largest step of the reference between two states 4 ms apart since :meth:`forget` [rad]."""
-        pairs = zip(self.steps, self.steps[1:], strict=False)
-        return max(
-            (float(np.abs(b - a).max()) for (s, a), (t, b) in pairs if 0.0 < t - s < 0.006),
-            default=0.0,
-        )
+    def on_course(self) -> dict[str, float | None]:
+        """Whether the reference jumped or left its limits since :meth:`forget`."""
+        return on_course(self.references, self._robot)
 
     def first_said(
         self, since_s: float, words: tuple[str, ...], said: list[tuple[float, str]]
@@ -374,25 +386,6 @@ def reaching_graph(
         out=folder, seed=seed, drawn=scenario, policy=policy, separation=separation
     )
     return LiveGraph(folder, scenario, options.mover, launched_specs(options, scenario, library))
-
-
-def launched_specs(
-    options: RunOptions, scenario: Scenario, library: Path | None, source: NodeSpec | None = None
-) -> list[NodeSpec]:
-    """The nodes of a run with all their parameters; the scenario that they read is written.
-
-    Args:
-        options: Of the run.
-        scenario: The scene.
-        library: Task library of the predictor; none: prediction by constant velocity.
-        source: Where people come from; none: they are simulated, and reach on cue.
-    """
-    path = (options.out / SCENARIO).resolve()
-    save_scenario(path, scenario)
-    made = node_specs(options, scenario, path, library, None, options.out / "bag")
-    if source is not None:
-        made = [source if spec.executable == "person" else spec for spec in made]
-    return complete_parameters(made, read_parameters(None), "")
 
 
 def _of_message(take: Callable[[Any], None]) -> Callable[[Any, dict[str, Any]], None]:

@@ -25,6 +25,7 @@ from hri_prediction.ros.qos import reliable
 from hri_prediction.ros.time import to_ns
 from hri_sim.benchmark.workers import do_all
 from hri_sim.faults.own_motion import REST, OwnMotion, own_motion
+from hri_sim.faults.reference import BEYOND, JUMP, Asked, on_course
 from hri_sim.launch.reports import OUTCOMES
 from hri_sim.launch.scene import scenario_library
 from hri_sim.reliability.fault import Figure, Measure, Place, Trial
@@ -46,7 +47,6 @@ STATE_S = 0.004
 
 AT_REST = Figure("rest_ms", "robot at rest after", "ms", 200.0)
 NAMED = Figure("named_ms", "named after", "ms", 1000.0)
-STEP = Figure("step_rad", "largest step of the reference in 4 ms", "rad", 0.02, digits=4)
 TOUCHED = Figure("touched", "states in which a moving robot touches a person", limit=0.0)
 CAME_AT = Figure("came_at", "speed at which it comes at whom it touches", "m/s", digits=2)
 LEANT_ON = Figure("leant_on", "states in which a person touches a resting robot")
@@ -54,7 +54,7 @@ NOT_FINITE = Figure("not_finite", "NaN or infinity in what nodes say", limit=0.0
 WILD = Figure("wild", "predictions beyond an arm's reach", limit=0.0)
 REACHED = Figure("reached", "the goal is reached in the end", limit=1.0, least=True)
 AGAIN = Figure("again", "the next goal is reached", limit=1.0, least=True)
-SAFE = (STEP, TOUCHED, CAME_AT, LEANT_ON, NOT_FINITE)
+SAFE = (JUMP, BEYOND, TOUCHED, CAME_AT, LEANT_ON, NOT_FINITE)
 """What is wanted of every fault."""
 
 
@@ -242,10 +242,11 @@ class Motion(Closing):
         """
         besides = {f"/{ARM}", f"/{RAW}"}
         told = self.since(REFERENCE) if afterwards else self.graph.messages(REFERENCE)
-        references = np.array([m.reference_position for m in told])
+        # Clocks may jump: states are counted.
+        asked = [Asked.of(message, number * STATE_S) for number, message in enumerate(told)]
         found = self._own_motion()
         return {
-            "step_rad": float(np.abs(np.diff(references, axis=0)).max()),
+            **on_course(asked, load_robot()),
             "touched": float(found.touched_moving),
             "came_at": found.came_at,
             "leant_on": float(found.touched_at_rest),

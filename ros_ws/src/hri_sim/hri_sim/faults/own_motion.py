@@ -3,7 +3,8 @@
 A robot at rest is no hazard, yet a person who does not see it may reach into it and push it: its joints
 turn then although its controller holds still. So a robot comes to rest when neither its joints nor its
 reference moves, and it stays at rest until the reference moves, or a joint does while nobody touches it
-or has just let go of it.
+or has just let go of it. A robot that is pushed while it stops never has joints at rest: it rests when its
+reference has done so for long enough that its joints would, too.
 """
 
 from __future__ import annotations
@@ -20,6 +21,9 @@ NEAR = 2
 
 SWING_S = 0.2
 """So long may a robot swing back that somebody has let go of; what moves later moves of its own [s]."""
+SETTLE_S = 0.02
+"""So long after the reference rests the joints of a robot that nobody touches do [s]; within 4 ms in twelve
+stops in lock-step."""
 
 Timed = Sequence[tuple[float, float]]
 """Times [s], ascending, and values."""
@@ -60,7 +64,7 @@ def own_motion(joints: Timed, references: Timed, touches: Touches, *, moving: bo
     touch_times = [time_s for time_s, count, _ in touches if count]
     state_times = [time_s for time_s, _, _ in touches]
     moves, rest_s = moving, None
-    touched_s = -math.inf
+    touched_s, asked_s = -math.inf, math.inf
     times: list[float] = []
     moved: list[bool] = []
     for time_s, speed in joints:
@@ -73,7 +77,10 @@ def own_motion(joints: Timed, references: Timed, touches: Touches, *, moving: bo
             if first < len(touch_times) and touch_times[first] <= about[-1]:
                 touched_s = time_s
         pushed = time_s - touched_s <= SWING_S
-        if moves and speed < REST and asked < REST:
+        # Since when the reference has been at rest; never, where there is none.
+        asked_s = min(asked_s, time_s) if newest >= 0 and asked < REST else math.inf
+        settled = pushed and time_s - asked_s >= SETTLE_S
+        if moves and asked < REST and (speed < REST or settled):
             moves, rest_s = False, time_s
         elif not moves and (asked >= REST or (speed >= REST and not pushed)):
             moves, rest_s = True, None

@@ -16,8 +16,9 @@ from hri_prediction.bags import BagReader, salvage
 from hri_prediction.errors import GraphError
 from hri_prediction.ros.time import NANO, to_ns
 from hri_sim.faults.live import SLOW_S, LiveGraph, reaching_graph
-from hri_sim.faults.motion import AT_REST, CAME_AT, LEANT_ON, NAMED, SCENES, STEP, TOUCHED, scene
+from hri_sim.faults.motion import AT_REST, CAME_AT, LEANT_ON, NAMED, SCENES, TOUCHED, scene
 from hri_sim.faults.own_motion import OwnMotion
+from hri_sim.faults.reference import BEYOND, JUMP, worse
 from hri_sim.faults.sources import DYAD, INTERACTION, MOCAP_LIVE, SOURCES, SourceGraph
 from hri_sim.faults.trials import TrialsGraph
 from hri_sim.launch.health import SILENT
@@ -28,6 +29,9 @@ RECORDER, SIMULATOR, POLICY = "recorder", "simulator", "policy"
 OBSERVER, ADAPTATION = "observer", "adaptation"
 HANDS_OFF = (RECORDER, SIMULATOR, ADAPTATION, INTERACTION)
 """Nodes on which it does not depend whether the robot may move on."""
+ANOTHER_ROBOT = (SIMULATOR,)
+"""Nodes with which the controller dies: one that is started again begins anew, with a robot at its start,
+so that its reference says nothing of what the one before asked for; while it is frozen there is none."""
 UNKNOWN_ARMS = (MOCAP_LIVE,)
 """Sources of arms that the simulator does not know, so that it cannot tell whether they are touched."""
 GRAPH = "graph"
@@ -37,7 +41,7 @@ IN_TRIALS = (OBSERVER, ADAPTATION)
 HELD_S = 1.5
 """How long a node is frozen [s]."""
 SILENT_HELD_S = 5.0
-"""The same of those that are named because they do not speak every second."""
+"""The same of those that the robot does not rest without: long enough to lose what buffers do not hold."""
 LOST = Figure("lost_s", "recording lost", "s", 1.0, digits=2)
 SALVAGED = Figure("salvaged", "messages salvaged", limit=1.0, least=True)
 AGAIN_S = 30.0
@@ -45,8 +49,6 @@ AGAIN_S = 30.0
 READY = Figure("ready_s", "all nodes well again after", "s", AGAIN_S, digits=1)
 GOES_ON = Figure("goes_on_s", "a further trial done after", "s", AGAIN_S, digits=1)
 LOST_TRIALS = Figure("lost_trials", "trials lost", limit=0.0)
-UNHEARD = Figure("named_ms", "named after", "ms", 5000.0)
-"""Of nodes that are named when they have not spoken for three seconds."""
 UNSEEN = ("newest sample", "no usable sample", "last seen")
 REASONS = {
     "person": UNSEEN,
@@ -125,7 +127,7 @@ def many(
             ready_s = trial.figures["ready_s"]
             if ready_s is None or ready_s > SLOW_S:
                 # Which node is not well, and why, matters more than what was said in time.
-                trial = replace(trial, said=graph.told[-1][1])
+                trial = replace(trial, said=graph.late)
         if trial.figures["ready_s"] is None:
             place.stays.pop(GRAPH).close()
         yield trial
@@ -142,12 +144,14 @@ def kill(graph: LiveGraph, victim: str, seed: int, place: Place) -> Trial:
     figures: dict[str, float | None] = {"named_ms": named_ms}
     if victim not in SILENT:
         figures["reason_ms"] = reason_ms
-    if victim not in HANDS_OFF:
-        # A quick machine has started it again by now, and the robot rightly moves on.
-        figures["rest_ms"] = graph.rest_ms(since_s, graph.back_s(victim, since_s))
     figures["ready_s"] = graph.ready_after(since_s)
+    if victim not in HANDS_OFF:
+        # As soon as it ticks again the robot rightly moves on.
+        figures["rest_ms"] = graph.rest_ms(since_s, graph.back_s(victim, since_s))
     # All of the time until the node is back, and what the robot does then.
-    figures |= {"step_rad": graph.largest_step(), **_touched(victim, graph.own_motion())}
+    if victim not in ANOTHER_ROBOT:
+        figures |= graph.on_course()
+    figures |= _touched(victim, graph.own_motion())
     figures |= _of_trials(graph, since_s, trials)
     if victim == RECORDER:
         figures |= _salvaged(bag, place.folder / f"salvaged_{seed}", since_s)
@@ -198,30 +202,32 @@ def freeze(graph: LiveGraph, victim: str, seed: int, place: Place) -> Trial:
     graph.under_way(np.random.default_rng([seed, *victim.encode()]))
     trials = _trials(graph)
     since_s = graph.send(victim, signal.SIGSTOP)
-    unheard = victim in SILENT
-    graph.spin(SILENT_HELD_S if unheard else HELD_S)
-    said_by = graph.told if unheard else graph.reasons
+    graph.spin(SILENT_HELD_S if victim in SILENT else HELD_S)
+    # Of those that the robot does not rest without nobody in the graph speaks.
+    said_by = graph.told if victim in SILENT else graph.reasons
     named_ms, said = graph.first_said(since_s, REASONS[victim], said_by)
     figures: dict[str, float | None] = {"named_ms": named_ms}
     if victim not in HANDS_OFF:
         figures["rest_ms"] = graph.rest_ms(since_s)
-    frozen, step = graph.own_motion(), graph.largest_step()
+    frozen, course = graph.own_motion(), graph.on_course()
     thawed_s = graph.send(victim, signal.SIGCONT)
     graph.spin(1.5)
+    ready_s, again = graph.ready_after(thawed_s), graph.on_course()
     figures |= {
-        "ready_s": graph.ready_after(thawed_s),
-        "step_rad": max(step, graph.largest_step()),
+        "ready_s": ready_s,
+        **(again if victim in ANOTHER_ROBOT else worse(course, again)),
         **_touched(victim, frozen, graph.own_motion()),
     }
     figures |= _of_trials(graph, thawed_s, trials)
     return Trial(seed, figures, said)
 
 
-def _wanted_of(victim: str) -> tuple[Figure, ...]:
+def _wanted_of(victim: str, *, killed: bool) -> tuple[Figure, ...]:
     """What is wanted whatever is done to a node."""
     trials = (GOES_ON, LOST_TRIALS) if victim in IN_TRIALS else ()
+    course = () if killed and victim in ANOTHER_ROBOT else (JUMP, BEYOND)
     touched = () if victim in UNKNOWN_ARMS else (TOUCHED, CAME_AT, LEANT_ON)
-    return (*trials, STEP, *touched)
+    return (*trials, *course, *touched)
 
 
 def _kill(victim: str, kind: str = "") -> Fault:
@@ -245,30 +251,30 @@ def _kill(victim: str, kind: str = "") -> Fault:
         "SIGKILL at a random time of a motion; the launcher starts the node again (--on-death restart)",
         answer,
         PROCESSES,
-        (*figures, READY, *_wanted_of(victim)),
+        (*figures, READY, *_wanted_of(victim, killed=True)),
         partial(many, kill, victim, kind or kind_of(victim)),
     )
 
 
 def _freeze(victim: str, kind: str = "") -> Fault:
-    moved, unheard = victim not in HANDS_OFF, victim in SILENT
+    moved = victim not in HANDS_OFF
     answer = "robot at rest, and named" if moved else "named"
-    figures = ((AT_REST,) if moved else ()) + ((UNHEARD,) if unheard else (NAMED,))
-    held_s = SILENT_HELD_S if unheard else HELD_S
+    figures = (AT_REST, NAMED) if moved else (NAMED,)
+    held_s = SILENT_HELD_S if victim in SILENT else HELD_S
     return Fault(
         f"freeze_{victim}{BESIDE if kind else ''}",
         f"{victim} is frozen{', beside a monitor' if kind else ''}",
         f"SIGSTOP at a random time of a motion, SIGCONT {held_s:g} s later",
         f"{answer}; afterwards it goes on",
         PROCESSES,
-        (*figures, READY, *_wanted_of(victim)),
+        (*figures, READY, *_wanted_of(victim, killed=False)),
         partial(many, freeze, victim, kind or kind_of(victim)),
     )
 
 
 PLANNED = (SIMULATOR, "person", "predictor", "ptomp", RECORDER)
 """Nodes of the graph with a planner; it serves all of them in turn."""
-MONITORED = ("person", "ptomp")
+MONITORED = ("person", "predictor", "ptomp")
 """Those that are looked at beside a separation monitor too, which then has the robot stop."""
 BESIDE = "_monitored"
 """What the names of those lines end with."""

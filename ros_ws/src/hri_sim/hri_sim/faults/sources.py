@@ -15,7 +15,8 @@ from hri_prediction.live.qtm_client import load_qtm_rt
 from hri_prediction.live.qtm_server import QtmServer
 from hri_prediction.tracks.files import save_tracks
 from hri_prediction.tracks.track import ArmTrack
-from hri_sim.faults.live import LiveGraph, launched_specs
+from hri_sim.faults.live import LiveGraph
+from hri_sim.faults.specs import launched_specs
 from hri_sim.launch.run import RunOptions
 from hri_sim.launch.supervisor import NodeSpec
 from hri_sim.people.seeding import training_generator

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-SILENT, GONE, UNHEARD, ABSENT = "silent", "gone", "unheard", "absent"
+SILENT, GONE, UNHEARD, ABSENT, FROZEN = "silent", "gone", "unheard", "absent", "frozen"
 TWINS, SOURCES = "twins", "two sources"
 SLOW, MISSES, STARVED, DROPS, COMPILED = "slow", "misses", "starved", "drops", "compiled"
 QUIET = "quiet"
@@ -59,7 +59,7 @@ TABLE = (
     Advice(
         "Two nodes command the robot's speed: end the other one, or start it with heartbeat:=false. A "
         "planner or policy of this project lets go by itself when it sees a monitor.",
-        words=r"overrules this monitor",
+        words=r"should this monitor hang",
     ),
     # ---------------------------------------------------------------- motion capture
     Advice(
@@ -68,8 +68,8 @@ TABLE = (
         words=r"said to be valid, and is not finite",
     ),
     Advice(
-        "Two sources say who is tracked, and only the last list counts: end one of them, or let one node "
-        "list all.",
+        "Their source goes on sending their arms, and has taken them off its list: let it list everybody "
+        "whom it sends.",
         words=r"still seen, but no longer listed",
     ),
     # ---------------------------------------------------------------- two people
@@ -111,6 +111,53 @@ TABLE = (
         words=r"no prediction of .* yet",
     ),
     Advice(
+        "What said who is tracked has died or hangs: see its row, and start it again. Sources say it every "
+        "40 ms; one of your own must, too, an empty list as well.",
+        words=r"nothing says any longer who is tracked",
+    ),
+    Advice(
+        "One of several sources of people has died or hangs: see its row, and start it again. If it is not "
+        "to come back, start the separation monitor, and what moves the robot, anew without it. A source "
+        "of your own is to say its list every 40 ms, with the stamp of when it became so.",
+        words=r"a source no longer says who is tracked",
+    ),
+    Advice(
+        "Something says a new list of people every few milliseconds: let it stamp each with when the list "
+        "became so, and not with when it is said.",
+        words=r"lists at a time say who is tracked",
+    ),
+    Advice(
+        "Capture lost somebody who was near the robot, and no longer lists them. See that they are away; "
+        "the robot goes on when they are listed and seen again, or the separation monitor is started anew.",
+        words=r"was lost beside the robot",
+    ),
+    Advice(
+        "The robot's driver says speeds that its angles contradict: zeros, another unit, or those of "
+        "another joint. Mend the driver; joint_speed_error of the separation monitor says by how much they "
+        "may differ.",
+        words=r"contradicts its angle",
+    ),
+    Advice(
+        "Two nodes publish /joint_states, such as a driver and a simulator: end one of them.",
+        words=r"/joint_states come from two sources",
+    ),
+    Advice(
+        "The separation monitor did not get a processor in time: give the machine less to do, or permit "
+        "real-time priority (docs/architecture.md).",
+        keys=("held_up",),
+    ),
+    Advice(
+        "The predictor says that an arm is elsewhere than it is seen, mostly because the arm has jumped or "
+        "moved as nobody does. If it stays so: does a second predictor speak, or is it fed by another "
+        "source than the separation monitor?",
+        keys=("disbelieved",),
+    ),
+    Advice(
+        "The protective distance is too small for such paths: slow them down, or let the monitor reckon "
+        "with them (its robot_speed and robot_acceleration).",
+        keys=("robot_speed", "robot_acceleration"),
+    ),
+    Advice(
         "Start a source of people: scripts/run_node.py hri_sim person, scripts/replay_mocap.py FILE, or "
         "hri_prediction mocap_live. One that runs already is perhaps in another ROS domain or namespace.",
         words=r"who is tracked|nothing heard of people|no body is tracked|no arm of .* yet",
@@ -124,7 +171,7 @@ TABLE = (
     Advice(
         "The arm's lengths are impossible. Mostly: a wrong unit (metres are wanted), or shoulder, elbow "
         "or wrist mapped to other markers. See map and unit of the source.",
-        words=r"implausible length",
+        words=r"implausible length|(arm|hand) (of .* )?is .* m long",
     ),
     Advice(
         "Samples come twice, or out of order: mostly two sources of one body at once, such as person and "
@@ -135,7 +182,7 @@ TABLE = (
         "Markers are taken for each other, or jump: look at the labels in the motion capture program, for "
         "reflections, and that only one source sends this body.",
         keys=("samples ", "wrist "),
-        words=r"markers swapped|markers seemed swapped|\(jump|jump of a marker",
+        words=r"markers swapped|markers seemed swapped|\(jump|jump of a marker|: jump: ",
     ),
     Advice(
         "Motion capture sends too few samples a second: raise its rate (see parameter rate), or the "
@@ -316,13 +363,21 @@ TABLE = (
         words=r"^nothing on /",
     ),
     Advice(
-        "It hangs, is stopped (Ctrl-Z; kill -CONT goes on), waits for a machine that is too busy, or was "
-        "killed a moment ago: look at its terminal or log/<node>.log, and start it again.",
+        "It hangs, is stopped (Ctrl-Z, kill -STOP), waits for a machine that is too busy, or was killed a "
+        "moment ago: look at its process (ps; STAT T is stopped, kill -CONT PID lets it go on), its "
+        "terminal or log/<node>.log. Before another is started, end this one for good (kill -9 PID): if it "
+        "woke up, two would command the robot.",
         keys=(SILENT,),
     ),
     Advice(
-        "It has left the graph. If nobody ended it, the last lines in its terminal or log/<node>.log say "
-        "why; start it again.",
+        "A signal has stopped its process (Ctrl-Z, kill -STOP). kill -CONT with its number lets it go on, "
+        "kill -9 ends it for good: do that before another is started, or two may command the robot.",
+        keys=(FROZEN,),
+    ),
+    Advice(
+        "It has left the graph, or was silent so long that it was dropped; its terminal or log/<node>.log "
+        "says why. A launcher with --on-death restart starts it again. Else see that its process is gone "
+        "(ps), or frozen: kill -9 PID before another is started, or two may command the robot.",
         keys=(GONE,),
     ),
     Advice(
@@ -330,7 +385,11 @@ TABLE = (
         "compiled), or hangs; see its terminal or log/<node>.log.",
         keys=(UNHEARD,),
     ),
-    Advice("Nobody of this name is in the graph: start it, or mend the name.", keys=(ABSENT,)),
+    Advice(
+        "Nobody of this name is in the graph: mend the name, or see that no frozen process of it is there "
+        "(ps, STAT T: kill -CONT PID lets it go on), and start it.",
+        keys=(ABSENT,),
+    ),
     Advice(
         "Two nodes have the same name: end one of them, or rename it (__node:=…).", keys=(TWINS,)
     ),

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
-from hri_sim.health.advice_table import ABSENT, GONE, SILENT, TWINS, UNHEARD
+from hri_sim.health.advice_table import ABSENT, FROZEN, GONE, SILENT, TWINS, UNHEARD
 from hri_sim.health.figures import OK, STALE, WARN, Figures, Input, NodeStatus, figures_of
+from hri_sim.health.processes import StoppedNode
 from hri_sim.health.troubles import Past, Trouble, is_sole, trouble, troubles_of
 
 SILENT_S = 2.0
@@ -88,6 +89,7 @@ class Watch:
         self._present: Counter[str] = Counter()
         self._since: dict[str, float] = {}
         self._sources: dict[str, tuple[str, ...]] = {}
+        self._stopped: tuple[StoppedNode, ...] = ()
 
     def hear(self, status: NodeStatus, at_s: float) -> None:
         """Take a status, heard at a time of a clock that only goes on [s]."""
@@ -107,6 +109,10 @@ class Watch:
     def look_at_sources(self, sources: Mapping[str, Sequence[str]]) -> None:
         """Take who publishes :attr:`sole_topics`: names of nodes by topic."""
         self._sources = {topic: tuple(names) for topic, names in sources.items()}
+
+    def look_at_processes(self, stopped: Iterable[StoppedNode]) -> None:
+        """Take whose process is stopped, on this machine."""
+        self._stopped = tuple(stopped)
 
     @property
     def sole_topics(self) -> set[str]:
@@ -131,11 +137,26 @@ class Watch:
             for name in self._present.keys() - owners:
                 if at_s - self._since[name] > SILENT_S:
                     rows.append(_missing(name, UNHEARD, "is there and has said nothing yet"))
-        rows = [row for row in rows if self._is_wanted(row.name)]
+        rows = [row for row in self._with_stopped(rows) if self._is_wanted(row.name)]
         for name in self._names:
             if not any(_matches(row.name, name) for row in rows):
                 rows.append(_missing(name, ABSENT, "not in the graph"))
         return sorted(rows, key=lambda row: row.name)
+
+    def _with_stopped(self, rows: list[Row]) -> list[Row]:
+        """The same, where nodes whose process is stopped say so, whether the graph knows them or not."""
+        for node in self._stopped:
+            text = f"its process {node.pid} is stopped"
+            silent = {
+                row.name: row.silent_s
+                for row in rows
+                if _matches(row.name, node.name) and row.level == STALE
+            }
+            rows = [row for row in rows if row.name not in silent]
+            # One of that name that speaks is another, or has only just been stopped.
+            found = silent or {f"/{node.name}": None}
+            rows += [_missing(name, FROZEN, text, silent_s) for name, silent_s in found.items()]
+        return rows
 
     def _is_wanted(self, name: str) -> bool:
         return not self._names or any(_matches(name, wanted) for wanted in self._names)
@@ -145,7 +166,9 @@ class Watch:
         owner = _owner(name)
         has_left = owner in self._since and not self._present[owner]
         if has_left:
-            return _missing(name, GONE, f"gone; last heard {silent_s:.0f} s ago", silent_s)
+            return _missing(
+                name, GONE, f"left the graph; last heard {silent_s:.0f} s ago", silent_s
+            )
         if silent_s > known.patience_s():
             return _missing(name, SILENT, f"silent for {silent_s:.0f} s", silent_s)
         figures = known.figures or figures_of({})
@@ -156,7 +179,8 @@ class Watch:
         if self._present[owner] > 1:
             troubles.append(trouble(TWINS, f"{self._present[owner]} nodes are called {owner}"))
         outside = [found.text for found in troubles if found.seen_from_outside]
-        words = [status.message, *outside] if status.level != OK or not outside else outside
+        said = " · ".join(filter(None, (scale_words(status.values), status.message)))
+        words = [said, *outside] if status.level != OK or not outside else outside
         return Row(
             name=name,
             level=max(status.level, WARN if outside else OK),
@@ -167,6 +191,19 @@ class Watch:
             lately=lately,
             troubles=tuple(troubles),
         )
+
+
+def scale_words(values: Mapping[str, str]) -> str:
+    """How fast a separation monitor lets the robot be; empty of any other node."""
+    if "protective_distance_m" not in values or "speed_scale" not in values:
+        return ""
+    try:
+        scale = float(values["speed_scale"])
+    except ValueError:
+        return ""
+    if scale >= 1.0:
+        return "full speed"
+    return f"slowed {scale:.2f}" if scale > 0.0 else "stopped"
 
 
 def exit_code(rows: Sequence[Row]) -> int:

@@ -25,7 +25,7 @@ from hri_prediction.results.origin import available_cores, results_origin
 from hri_prediction.results.progress import ProgressLine
 from hri_prediction.results.workers import do_all
 from hri_sim.hybrid import pictures, tables
-from hri_sim.hybrid.latency import measure, stream
+from hri_sim.hybrid.latency import Timed, latency, measure, stream
 from hri_sim.hybrid.others_weights import others_weights
 from hri_sim.hybrid.real import SOURCE, read, run_real
 from hri_sim.hybrid.report import report
@@ -48,6 +48,8 @@ RUNS = Path("runs/hybrid")
 WORK, PACKAGES = "hri_sim.hybrid.command", ("numpy", "scipy", "numba", "casadi", "scikit-learn")
 """What decides about results."""
 PEOPLE = 5
+ALONE, BESIDE = "alone", "learning beside"
+AT_WORK = "of these, while it was at work"
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 
@@ -72,7 +74,7 @@ class Extent:
 
 
 FULL = Extent(PEOPLE, FAMILIES, COUNTS, 5, 60)
-SMOKE = Extent(2, FAMILIES[:1], (0, 1, 5), 3, 8)
+SMOKE = Extent(2, FAMILIES[:1], (0, 1, 5), 3, 4)
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,8 +186,8 @@ def reproduce_hybrid(
     """Compare first guesses of people's reaches, and how they get better with each reach that is seen.
 
     Simulated people, of whom some families move as the models of the predictor do and others do not, and
-    recorded ones (found through HRI_DATA_DIR; left out, with the reason, where it is not set). Takes some
-    twelve minutes, and goes on where it was stopped; the last part measures latencies: leave the machine
+    recorded ones (found through HRI_DATA_DIR; left out, with the reason, where it is not set). Takes
+    a while, and goes on where it was stopped; the last part measures latencies: leave the machine
     alone then.
     """
     console = Console()
@@ -208,10 +210,16 @@ def reproduce_hybrid(
         if not smoke:
             real = keep(recorded_key(), lambda: finite(of_real(progress.count)))
         samples = stream(extent.reaches, seed)
-        latency = {}
-        for name, hybrid in (("alone", False), ("learning beside", True)):
-            progress.say(f"latency, {name}")
-            latency[name] = asdict(measure(samples, hybrid, progress=progress.count))
+        timed: dict[bool, list[Timed]] = {False: [], True: []}
+        # In turn and back again: a machine that gets slower, or quicker, does so for both.
+        for hybrid in (False, True, True, False):
+            progress.say("latency, " + (BESIDE if hybrid else ALONE))
+            timed[hybrid].append(measure(samples, hybrid, progress=progress.count))
+        latencies = {
+            ALONE: latency(timed[False]),
+            BESIDE: latency(timed[True]),
+            AT_WORK: latency(timed[True], at_work=True),
+        }
     content = finite(
         {
             "origin": origin,
@@ -227,7 +235,7 @@ def reproduce_hybrid(
             },
             "families": families,
             "real": real,
-            "latency": latency,
+            "latency": {name: asdict(each) for name, each in latencies.items()},
         }
     )
     (out / FILE).write_text(json.dumps(content, indent=1, allow_nan=False) + "\n")
@@ -236,6 +244,9 @@ def reproduce_hybrid(
     for family, found in content["families"].items():
         pictures.errors(found, out / PICTURES / f"errors_{family}.png")
         pictures.weights(found, names, out / PICTURES / f"weights_{family}.png")
+    if "skipped" not in content["real"]:
+        pictures.errors(content["real"], out / PICTURES / "errors_recorded.png")
+        pictures.weights(content["real"], names, out / PICTURES / "weights_recorded.png")
     for guess, curve in families["optimal"]["curves"].items():
         values = ", ".join(
             f"{value:.2f} cm after {count}" for count, value in curve["warped_m"].items()

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,12 +29,29 @@ Array = NDArray[np.float64]
 _PERIOD_NS = 4_000_000
 
 
+@dataclass(frozen=True, eq=False)
+class Timed:
+    """What was measured of predictions one after the other.
+
+    Attributes:
+        spent_ms: From a sample to the prediction from it (n,).
+        worked: Whether the process that learns beside was at work meanwhile (n,).
+        learnt: Reaches that were learnt beside.
+        explained: Mean paths that were explained beside.
+    """
+
+    spent_ms: Array
+    worked: NDArray[np.bool_]
+    learnt: int = 0
+    explained: int = 0
+
+
 @dataclass(frozen=True)
 class Latency:
     """Time from a sample to the prediction from it [ms].
 
     Attributes:
-        p50, p99, most: Of all.
+        p50, p99, most: Of all; NaN without any.
         count: How many.
         learnt: Reaches that were learnt beside.
         explained: Mean paths that were explained beside.
@@ -45,6 +63,32 @@ class Latency:
     count: int
     learnt: int
     explained: int
+
+
+def latency(timed: Sequence[Timed], *, at_work: bool = False) -> Latency:
+    """Of several runs together.
+
+    Args:
+        timed: What was measured.
+        at_work: Whether only of predictions that were made while the process that learns was at work.
+    """
+    values = np.concatenate(
+        [each.spent_ms[each.worked] if at_work else each.spent_ms for each in timed]
+    )
+    learnt, explained = sum(each.learnt for each in timed), sum(each.explained for each in timed)
+    if not len(values):
+        return Latency(math.nan, math.nan, math.nan, 0, learnt, explained)
+    p50, p99 = np.percentile(values, (50.0, 99.0))
+    return Latency(float(p50), float(p99), float(values.max()), len(values), learnt, explained)
+
+
+def _ran_ns(pid: int) -> int:
+    """For how long all threads of a process have had a processor [ns]; 0 when it has ended."""
+    try:
+        # Its clock, as clock_getcpuclockid(3) has it: exact, where /proc is brought up to date at ticks.
+        return time.clock_gettime_ns((~pid << 3) | 2)
+    except OSError:
+        return 0
 
 
 def stream(reaches: int, seed: int) -> list[ArmSample]:
@@ -79,7 +123,7 @@ def measure(
     *,
     pace: bool = True,
     progress: Callable[[int, int], None] = lambda done, of: None,
-) -> Latency:
+) -> Timed:
     """Predict each sample as the node does, at the pace of the samples.
 
     Args:
@@ -95,7 +139,8 @@ def measure(
     core = ReachPredictor(train_library(_lessons(), predictor), predictor)
     loop = Background(Setup(targets, predictor, config)) if hybrid else None
     spent: list[float] = []
-    learnt = explained = 0
+    worked: list[bool] = []
+    learnt = explained = ran_ns = 0
     begun = time.perf_counter()
     try:
         for number, sample in enumerate(samples):
@@ -108,6 +153,8 @@ def measure(
             core.predict(sample.stamp_ns)
             # From when the sample came: what is done after predictions delays the next one.
             spent.append(1e3 * (time.perf_counter() - due))
+            before_ns, ran_ns = ran_ns, 0 if loop is None else _ran_ns(loop.pid)
+            worked.append(ran_ns > before_ns > 0)
             if loop is not None:
                 for told in watch.questions():
                     loop.ask(Rested("p", told) if isinstance(told, Rest) else Reached("p", told))
@@ -121,12 +168,4 @@ def measure(
     finally:
         if loop is not None:
             loop.close()
-    values = np.array(spent)
-    return Latency(
-        float(np.median(values)),
-        float(np.percentile(values, 99)),
-        float(values.max()),
-        len(values),
-        learnt,
-        explained,
-    )
+    return Timed(np.array(spent), np.array(worked), learnt, explained)

@@ -63,7 +63,7 @@ def _errors(each: Repeated, people: WeightProcess) -> list[float | None]:
     found: list[float | None] = []
     for reach in each.reaches:
         try:
-            person, key = first_guess(each, reach, people)
+            person, key = first_guess(each, reach, people, unknown=reach)
         except HriError:
             found.append(None)
             continue

@@ -14,6 +14,8 @@ from hri_prediction.motor_control.costs import ABBREVIATIONS
 from hri_sim.hybrid.first_guesses import GUESSES
 
 DPI = 110
+_FEW = 8
+"""Names of more people than these are written small."""
 
 
 def _figure(width: float, height: float) -> Figure:
@@ -24,11 +26,14 @@ def _figure(width: float, height: float) -> Figure:
 
 def errors(found: Mapping[str, Any], path: Path) -> None:
     """Errors by reaches seen of each person, for each target; first guesses; divergences (figure 3.9)."""
-    targets = list(next(iter(found["errors"].values())))
+    targets = sorted({target for by_target in found["errors"].values() for target in by_target})
+    many = len(found["errors"]) > _FEW
     figure = _figure(12.0, 6.4)
     axes = figure.subplots(2, max(len(targets), 2))
     for axis, target in zip(axes[0], targets, strict=False):
         for person, by_target in found["errors"].items():
+            if target not in by_target:
+                continue
             seen = [int(count) for count in by_target[target]]
             axis.plot(seen, list(by_target[target].values()), "o-", ms=3, lw=1, label=person)
         axis.set_xscale("symlog")
@@ -37,7 +42,7 @@ def errors(found: Mapping[str, Any], path: Path) -> None:
         axis.set_xlabel("reaches seen")
         axis.set_ylim(bottom=0.0)
     axes[0][0].set_ylabel("error of the rest [cm]")
-    axes[0][0].legend(fontsize=7)
+    axes[0][0].legend(fontsize=6 if many else 7, ncols=3 if many else 1)
     means, divergence = axes[1][0], axes[1][1]
     for guess in GUESSES:
         curve = found["curves"][guess]["warped_m"]
@@ -93,9 +98,11 @@ def weights(found: Mapping[str, Any], names: list[str], path: Path) -> None:
                 below.bar(places + 0.2, truth, 0.36, bottom=true_bottom, color=f"C{i}", alpha=0.45)
                 true_bottom = true_bottom + truth
         for axis in (above, below):
-            axis.set_xticks(places, list(own))
+            turned = {"rotation": 90, "fontsize": 7} if len(own) > _FEW else {}
+            axis.set_xticks(places, list(own), **turned)
     axes[0][0].set_ylabel("optimum to mean path [cm]")
     axes[1][0].set_ylabel("weights: new, and (pale) true" if true else "new weights")
     axes[0][0].legend(fontsize=7)
-    axes[1][0].legend(fontsize=7)
+    # Bars fill all of the lower row: costs are named beside it.
+    figure.legend(*axes[1][0].get_legend_handles_labels(), fontsize=7, loc="outside right lower")
     figure.savefig(path, dpi=DPI)

@@ -41,15 +41,30 @@ class Repeated:
     Attributes:
         person: Name.
         target: Name.
-        reaches: In the order in which they were recorded.
-        tip: Where the target is taken to be (3,) [m], from the shoulder: the median of where the wrist
-            ends. Nobody wrote down where it was. Hands are left out, as in the thesis.
+        reaches: In the order in which they were recorded; two or more.
     """
 
     person: str
     target: str
     reaches: tuple[SeenReach, ...]
-    tip: Array
+
+    def __post_init__(self) -> None:
+        if len(self.reaches) < 2:
+            raise DataError(
+                f"{self.person} {self.target}: {len(self.reaches)} reaches", expected="two or more"
+            )
+
+    def tip(self, without: SeenReach | None = None) -> Array:
+        """Where the target is taken to be (3,) [m], from the shoulder: the median of where the wrist ends.
+
+        Nobody wrote down where it was. Hands are left out, as in the thesis.
+
+        Args:
+            without: The reach that is to be predicted, whose end nobody knows yet.
+        """
+        others = [reach for reach in self.reaches if reach is not without]
+        tip: Array = np.median([reach.end_tip - reach.shoulder for reach in others], axis=0)
+        return tip
 
 
 def read(file: Path) -> tuple[list[Repeated], list[str]]:
@@ -78,8 +93,7 @@ def read(file: Path) -> tuple[list[Repeated], list[str]]:
         if len(reaches) < 3:
             skipped.append(f"{person} {side} {task}: {len(reaches)} reaches")
             continue
-        tip = np.median([reach.end_tip - reach.shoulder for reach in reaches], axis=0)
-        found.append(Repeated(f"{person} {side}", task, tuple(reaches), tip))
+        found.append(Repeated(f"{person} {side}", task, tuple(reaches)))
     if not found:
         raise DataError(f"no reach of {file} can be used", expected="three of one kind at least")
     return found, skipped
@@ -111,13 +125,13 @@ class RealCourse:
         judged: Scores.
         divergences: Of each update, a row for each person and target.
         whys: What explained their mean paths, by person and target; or why nothing did.
-        not_begun: Persons and targets without first guesses.
+        not_expected: Why nothing could be expected this once, where something was with all reaches.
     """
 
     judged: list[Judged]
     divergences: list[list[float]]
     whys: dict[tuple[str, str], Why | str]
-    not_begun: set[tuple[str, str]] = field(default_factory=set)
+    not_expected: list[str] = field(default_factory=list)
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,34 +178,48 @@ def run_real(
 
 def _run_arm(own: list[Repeated], repeated: list[Repeated], course: RealCourse) -> None:
     """All targets of one arm beside each other: what is not told is which of them a reach is for."""
-    for first in range(max(len(each.reaches) for each in own)):
-        turns = []
-        for each in own:
-            if first >= len(each.reaches) or (each.person, each.target) in course.not_begun:
-                continue
-            begun = _begin(each, first, repeated)
-            if isinstance(begun, str):
-                course.whys[each.person, each.target] = begun
-                course.not_begun.add((each.person, each.target))
-                continue
-            turns.append(begun)
-        for seen in range(max((len(turn.order) for turn in turns), default=0)):
-            _judge_and_learn(turns, seen, course)
-        if first == 0:
-            for turn in turns:
-                _explain(turn, course)
+    whole = {each.target: _begin(each, 0, None, repeated) for each in own}
+    begun = [each for each in own if not isinstance(whole[each.target], str)]
+    for each in own:
+        turn = whole[each.target]
+        if isinstance(turn, str):
+            course.whys[each.person, each.target] = turn
+        else:
+            _explain(_learnt(turn, len(turn.order)), course)
+    longest = max((len(each.reaches) for each in begun), default=0)
+    for first in range(longest):
+        for seen in range(longest):
+            # Where a target is, is known from the reaches but the one that is to be predicted.
+            turns = [
+                _begin(each, first, seen, repeated) for each in begun if first < len(each.reaches)
+            ]
+            there = [turn for turn in turns if not isinstance(turn, str)]
+            # Of which nothing can be expected from elsewhere or for elsewhere is left out this once.
+            course.not_expected.extend(turn for turn in turns if isinstance(turn, str))
+            _judge([_learnt(turn, seen) for turn in there], seen, course)
 
 
-def _judge_and_learn(turns: list[_Turn], seen: int, course: RealCourse) -> None:
-    """Predict the next reach for each target, and then learn all of these."""
+def _learnt(turn: _Turn, count: int) -> _Turn:
+    """The same when so many reaches have been seen, from each first guess."""
+    states = {}
+    for guess, state in turn.states.items():
+        task = state.task
+        for reach in turn.order[:count]:
+            task = state.rules.updated(task, reach.phases, reach.values, reach.duration_s)
+        states[guess] = Guess(state.rules, task)
+    return replace(turn, states=states)
+
+
+def _judge(turns: list[_Turn], seen: int, course: RealCourse) -> None:
+    """Predict the next reach for each target."""
     for guess in GUESSES:
         models = tuple(turn.model(guess) for turn in turns)
         for model, turn in zip(models, turns, strict=True):
             if seen >= len(turn.order):
                 continue
-            reach, state = turn.order[seen], turn.states[guess]
+            reach = turn.order[seen]
             by_told = told(model, reach)
-            by_itself = untold(models, reach, state.rules.predictor)
+            by_itself = untold(models, reach, turn.states[guess].rules.predictor)
             course.judged.append(
                 Judged(
                     turn.each.person, turn.each.target, guess, seen, by_told.warped_m, by_told.end_m,
@@ -199,8 +227,6 @@ def _judge_and_learn(turns: list[_Turn], seen: int, course: RealCourse) -> None:
                     calibration([by_told]), calibration([by_itself]),
                 )
             )  # fmt: skip
-            new = state.rules.updated(state.task, reach.phases, reach.values, reach.duration_s)
-            turn.states[guess] = Guess(state.rules, new)
 
 
 def _explain(turn: _Turn, course: RealCourse) -> None:
@@ -215,7 +241,7 @@ def _explain(turn: _Turn, course: RealCourse) -> None:
 
 
 def first_guess(
-    each: Repeated, reach: SeenReach, people: WeightProcess
+    each: Repeated, reach: SeenReach, people: WeightProcess, unknown: SeenReach | None
 ) -> tuple[HybridPerson, TaskKey]:
     """What optimal control expects from where an arm rests before its first reach.
 
@@ -223,11 +249,14 @@ def first_guess(
         each: Whose target it is.
         reach: Where it begins.
         people: Which weights are expected of anybody.
+        unknown: The reach whose end is not known.
 
     Raises:
         HriError: nothing can be expected.
     """
-    person = HybridPerson({each.target: each.tip}, people, PredictorConfig(), HybridConfig())
+    person = HybridPerson(
+        {each.target: each.tip(without=unknown)}, people, PredictorConfig(), HybridConfig()
+    )
     points = np.zeros((4, 3))
     points[1], points[2] = reach.values[0, :3], reach.values[0, 3:]
     points[3] = reach.start_tip - reach.shoulder
@@ -236,7 +265,7 @@ def first_guess(
     return person, key
 
 
-def _begin(each: Repeated, first: int, repeated: list[Repeated]) -> _Turn | str:
+def _begin(each: Repeated, first: int, seen: int | None, repeated: list[Repeated]) -> _Turn | str:
     """All first guesses, from where the arm rests before one of the reaches; or why there are none."""
     order = each.reaches[first:] + each.reaches[:first]
     side = each.person.split()[1]
@@ -251,7 +280,8 @@ def _begin(each: Repeated, first: int, repeated: list[Repeated]) -> _Turn | str:
         return "nobody else was recorded who reaches there"
     try:
         people = load_process()
-        person, key = first_guess(each, order[0], people)
+        unknown = order[seen] if seen is not None and seen < len(order) else None
+        person, key = first_guess(each, order[0], people, unknown)
         task, duration_s = person.tasks[key], person.config.duration
         made = other_guesses(person.rules, task, people, order[0], task.geometry, paths, duration_s)
     except HriError as error:

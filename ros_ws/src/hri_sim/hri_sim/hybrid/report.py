@@ -12,6 +12,12 @@ from hri_sim.hybrid.first_guesses import GUESSES, OPTIMAL, STRAIGHT
 BARS_CM = {"0": 2.7, "2": 2.0, "5": 1.5}
 """After so many reaches, target and duration told, from the first guess of optimal control."""
 BAR_DIVERGENCE = 0.05
+BAR_END_MM = 41.0
+"""Median end point of recorded reaches, within a subject, neither target nor duration told."""
+BAR_P50_MS = 1.0
+"""From a sample to the prediction from it."""
+CALIBRATION = {50: (0.42, 0.58), 95: (0.90, 0.98)}
+"""Shares of samples of recorded reaches that are to be within the central 50 % and 95 %."""
 
 
 def report(content: Mapping[str, Any]) -> str:
@@ -105,6 +111,13 @@ def _cell(value: float, met: bool, text: str) -> str:
     return f"{value:{text}}, {'met' if met else '**missed**'}"
 
 
+def _settled(found: Mapping[str, Any]) -> str:
+    if found["median"] is None:
+        return f"none of {found['tasks']} tasks"
+    some = "" if found["settled"] == found["tasks"] else f", {found['settled']} of {found['tasks']}"
+    return f"{found['median']:.0f}; {found['most']}{some}"
+
+
 def _bars(content: Mapping[str, Any]) -> list[str]:
     families = content["families"]
     curves = {name: found["curves"] for name, found in families.items()}
@@ -113,9 +126,10 @@ def _bars(content: Mapping[str, Any]) -> list[str]:
             f"rest of the path after {count} reaches [cm]",
             f"≤ {bar}",
             *(
-                _cell(value, value <= bar, ".2f")
-                for curve in curves.values()
+                f"{_cell(value, value <= bar, '.2f')} ({min(people):.1f} to {max(people):.1f})"
+                for name, curve in curves.items()
                 for value in [curve[OPTIMAL]["warped_m"][count]]
+                for people in [families[name]["of_people"][count]]
             ),
         )
         for count, bar in BARS_CM.items()
@@ -144,10 +158,18 @@ def _bars(content: Mapping[str, Any]) -> list[str]:
                 ),
             )
         )
+    rows.append(
+        (
+            "reaches until the loop asks why (median; most)",
+            "–",
+            *(_settled(found["until_settled"]) for found in families.values()),
+        )
+    )
     text = [
         "## What is asked for\n",
-        "By family; target and duration told. `optimal` moves as the models of the predictor do, by "
-        "laws of weights of its own; the others do not.\n",
+        "By family; target and duration told; in brackets single people. `optimal` moves as "
+        "the models of the predictor do, by laws drawn as those were that its weights were fitted to; the "
+        "others do not. Each of `other_laws` weighs costs in a way of their own, alike in all postures.\n",
         markdown(("what", "bar", *(f"`{name}`" for name in families)), rows),
         "Errors of each person and target by reaches seen, and the divergence of each update (like figure "
         "3.9 of the thesis); distance of the optimum to the mean path with guessed and with new weights, "
@@ -167,11 +189,11 @@ def _real(found: Mapping[str, Any]) -> list[str]:
         return ["## Recorded people\n", f"Left out: {found['skipped']}.\n"]
     text = [
         "## Recorded people\n",
-        f"{found['people']} people of `reach_adl_vicon` (github.com/MiaH-kin/UE_ADLdatabase), each arm, "
+        f"{found['number']} people of `reach_adl_vicon` (github.com/MiaH-kin/UE_ADLdatabase), each arm, "
         "each of two targets, up to five reaches; each reach is the first one in turn. Where a target was, "
-        "is not recorded: it is taken to be the median of where the person's wrist ends, which "
-        "optimal control and the straight line are told, and the other two are not. Rest of the path "
-        "[cm], target and duration told:\n",
+        "is not recorded: it is taken to be the median of where the person's wrist ends in all reaches but "
+        "the one that is predicted, which optimal control and the straight line are told, and other "
+        "people's mean and the wide guess are not. Rest of the path [cm], target and duration told:\n",
         _curve_table(found["curves"], "warped_m"),
         "Its end point [cm]:\n",
         _curve_table(found["curves"], "end_m"),
@@ -184,13 +206,19 @@ def _real(found: Mapping[str, Any]) -> list[str]:
         _sure_table(found["sure_untold"]),
         "Kullback-Leibler divergence by weight of each update (median): "
         + ", ".join(f"{value:.3f}" for value in found["divergence"])
-        + ".\n",
+        + f". Reaches until the loop asks why (median; most): {_settled(found['until_settled'])}.\n",
         f"Mean paths explained: {found['explained']}, the optimum {_cm(found['before_cm'])} from them "
         f"with guessed and {_cm(found['after_cm'])} with new weights (medians)."
         if found["explained"]
         else "No mean path was explained.",
     ]
     text.append(_by_others(found["others_weights"]))
+    text += _real_bars(found)
+    if found["not_expected"]:
+        text.append(
+            f"\nOf {found['not_expected']} more beginnings of a reach nothing could be expected, with the "
+            "target where the others put it: these are left out."
+        )
     if found["not_explained"]:
         text.append(
             "\nLeft out: "
@@ -198,6 +226,45 @@ def _real(found: Mapping[str, Any]) -> list[str]:
             + "."
         )
     return [*text, ""]
+
+
+def _real_bars(found: Mapping[str, Any]) -> list[str]:
+    """What is asked for of recorded people, and the pictures of each."""
+    curves, ends = found["curves"], found["untold_end_median_mm"]
+    counts = list(ends)
+    less = [
+        curves[OPTIMAL]["warped_m"][count] - curves[STRAIGHT]["warped_m"][count] for count in counts
+    ]
+    rows = [
+        (
+            "end point, median, neither told [mm]",
+            f"≤ {BAR_END_MM:.0f}",
+            *(_cell(ends[count], ends[count] <= BAR_END_MM, ".0f") for count in counts),
+        ),
+        (
+            "rest of the path, less that from the straight line [cm]",
+            "< 0, before any reach",
+            _cell(less[0], less[0] < 0.0, "+.2f"),
+            *(f"{each:+.2f}" for each in less[1:]),
+        ),
+    ]
+    for said, kind in (("told", "sure"), ("not told", "sure_untold")):
+        for share, (low, high) in CALIBRATION.items():
+            of = found[kind][OPTIMAL][f"inside{share}"]
+            rows.append(
+                (
+                    f"samples within the central {share} %, {said}",
+                    f"{low:.0%} to {high:.0%}",
+                    *(_cell(of[count], low <= of[count] <= high, ".0%") for count in counts),
+                )
+            )
+    return [
+        "\nWhat is asked for, from the first guess of optimal control:\n",
+        markdown(("what", "bar", *(f"after {count}" for count in counts)), rows),
+        "Each arm and target, as above for simulated people:\n",
+        "![Errors, recorded people](hybrid/errors_recorded.png)\n",
+        "![Weights, recorded people](hybrid/weights_recorded.png)\n",
+    ]
 
 
 def _by_others(found: Mapping[str, Any]) -> str:
@@ -214,9 +281,9 @@ def _latency(found: Mapping[str, Any]) -> list[str]:
     rows: Sequence[tuple[str, ...]] = [
         (
             name,
-            f"{each['p50']:.2f}",
-            f"{each['p99']:.2f}",
-            f"{each['most']:.1f}",
+            _cell(each["p50"], each["p50"] <= BAR_P50_MS, ".2f") if each["count"] else "–",
+            f"{each['p99']:.2f}" if each["count"] else "–",
+            f"{each['most']:.1f}" if each["count"] else "–",
             str(each["count"]),
             str(each["learnt"]),
             str(each["explained"]),
@@ -226,7 +293,9 @@ def _latency(found: Mapping[str, Any]) -> list[str]:
     return [
         "## Whether predictions wait\n",
         "Time from a sample to the prediction from it, all waiting included, at 250 Hz in real time, with "
-        "and without the process that learns beside:\n",
+        "and without the process that learns beside, in turn and back again. That process rests between "
+        "reaches: it was at work where the time that it has had a processor grew from one prediction to "
+        f"the next. Asked for is a median of {BAR_P50_MS:g} ms at most:\n",
         markdown(
             ("", "p50 [ms]", "p99 [ms]", "most [ms]", "predictions", "learnt", "explained"), rows
         ),

@@ -1,40 +1,46 @@
-"""Command line of ``scripts/simulate_weights.py``: mean reaches of simulated people, explained."""
+"""Command line of ``scripts/simulate_weights.py``: simulated people reach, and a law is found for each."""
 
 from __future__ import annotations
 
 import functools
 import json
-from collections.abc import Callable
 from contextlib import closing
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import typer
-from numpy.typing import NDArray
 from rich.console import Console
 
-from hri_prediction.errors import HriError
+from hri_prediction.errors import DataError
 from hri_prediction.hybrid.body import CONVENTION
 from hri_prediction.motor_control import design
-from hri_prediction.motor_control.arm_model import ArmModel
-from hri_prediction.motor_control.batch import Job, Kept, correlated, explain_all, prepare
+from hri_prediction.motor_control.batch import prepare
+from hri_prediction.motor_control.collected import CollectedReach
 from hri_prediction.motor_control.costs import CHAPTER_3
-from hri_prediction.motor_control.observed import ObservedReach
+from hri_prediction.motor_control.person_laws import person_law, to_mapping
 from hri_prediction.motor_control.scaling import MAXIMUM
+from hri_prediction.results.kept import kept
 from hri_prediction.results.options import Workers, make_folders, resumable, run_app
 from hri_prediction.results.origin import available_cores, results_origin
 from hri_prediction.results.progress import ProgressLine
 from hri_prediction.results.workers import do_all
-from hri_sim.motor_control.averaged import mean_reach
-from hri_sim.motor_control.people import Reacher, draw_people, measured_arm, record, see
+from hri_sim.motor_control.people import (
+    FACING_RAD,
+    Reacher,
+    draw_people,
+    measured_arm,
+    record,
+    see_whole,
+)
 
-Array = NDArray[np.float64]
-
-FILE, REACHES = "results.json", "reaches.jsonl"
+FILE, LAWS = "results.json", "laws"
 PEOPLE = 15
-_PHASES = np.linspace(0.0, 1.0, 101)
+WORK, PACKAGES = "hri_sim.hybrid.simulate_weights", ("numpy", "scipy", "numba", "casadi")
+"""What decides about laws."""
+_REPETITIONS = 1
+"""Of each task: people differ by more than a second look at one of them would tell."""
 _ARM_FROM = 9
 """Recordings that an arm is measured in."""
 
@@ -46,7 +52,7 @@ Task = tuple[int, int]
 def tasks_of(smoke: bool) -> tuple[Task, ...]:
     """Start postures and targets of the thesis' chapter 3; for a smoke run a few."""
     every = [(start, target) for start in range(len(design.STARTS_12_DEG)) for target in range(9)]
-    return tuple(every[::9] if smoke else every)
+    return tuple(every[::4] if smoke else every)
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,103 +63,87 @@ class Person:
         reacher: Who.
         tasks: What they reach from and for.
         seed: Of all that they do.
+        kept: Folder of laws that were found, which are not found again.
     """
 
     reacher: Reacher
     tasks: tuple[Task, ...]
     seed: tuple[int, ...]
+    kept: Path
 
 
-def seen_of(person: Person) -> tuple[str, list[ObservedReach]]:
-    """The mean of a person's repetitions of each task, as recordings are seen."""
+def law_of(person: Person) -> dict[str, Any]:
+    """The law of a person's reaches, as they are seen, from rest to rest.
+
+    Raises:
+        HriError: too few reaches are found, or no optimum of one.
+    """
+    key = repr((person.reacher.name, person.seed, person.tasks))
+    return kept(person.kept, WORK, PACKAGES, key, functools.partial(_found, person))
+
+
+def _found(person: Person) -> dict[str, Any]:
     rng = np.random.default_rng(person.seed)
     recorded = [
-        record(person.reacher, start, target, rng, starts_deg=design.STARTS_12_DEG)
+        record(
+            person.reacher,
+            start,
+            target,
+            rng,
+            starts_deg=design.STARTS_12_DEG,
+            repetitions=_REPETITIONS,
+        )
         for start, target in person.tasks
     ]
     arm = measured_arm(person.reacher, recorded[:_ARM_FROM])
-    return person.reacher.name, [see(each, arm) for each in recorded]
-
-
-def means_of(
-    reaches: dict[str, list[ObservedReach]], tasks: tuple[Task, ...]
-) -> list[ObservedReach]:
-    """The mean of all people's reaches of each task, as the arm of nobody makes it."""
-    arm = ArmModel.of_body(convention=CONVENTION)
-    found = []
-    for number, (start, target) in enumerate(tasks):
-        own = [each[number] for _, each in sorted(reaches.items())]
-        angles = np.array([[np.interp(_PHASES, e.phases, q) for q in e.angles.T] for e in own])
-        problems = [each.problem for each in own]
-        found.append(
-            mean_reach(
-                angles.swapaxes(1, 2),
-                np.array([problem.duration for problem in problems]),
-                np.array([problem.v_start for problem in problems]),
-                np.array([problem.v_end for problem in problems]),
-                arm,
-                f"P{start + 1} T{target + 1}",
-            )
+    facing_deg, name = float(np.degrees(FACING_RAD)), person.reacher.name
+    reaches = [
+        CollectedReach(
+            whole.between, arm, facing_deg, name, f"P{each.start + 1} T{each.target + 1}", whole
         )
-    return found
-
-
-def explained(
-    reaches: list[ObservedReach], kept: Kept, workers: int, progress: Callable[[int, int], None]
-) -> list[dict[str, Any]]:
-    """Each as ``fit_ioc.py`` writes it, for ``fit_weights.py``."""
-    arm = ArmModel.of_body(convention=CONVENTION)
-    jobs = [Job(i, e, arm, CHAPTER_3, correlated=correlated(e)) for i, e in enumerate(reaches)]
-    outcomes = explain_all(jobs, workers=workers, kept=kept, progress=progress)
-    return [
-        {
-            **asdict(outcome),
-            "q_start_deg": np.degrees(each.problem.q_start).tolist(),
-            "q_end_deg": np.degrees(each.problem.q_end).tolist(),
-            "duration_s": each.problem.duration,
-        }
-        for outcome, each in zip(outcomes, reaches, strict=True)
+        for each in recorded
+        for whole in see_whole(each, arm)
     ]
+    if not reaches:
+        raise DataError(f"no whole reach of {name} is found", expected="one or more")
+    return to_mapping(person_law(name, reaches, CHAPTER_3, MAXIMUM))
 
 
 @app.command(context_settings={"help_option_names": ["-h", "--help"]})
 def simulate_weights(
-    out: Annotated[Path, typer.Option(help=f"Folder for {FILE}, and {REACHES}, a line a reach.")],
-    people: Annotated[int, typer.Option(help="Simulated people.", min=2)] = PEOPLE,
+    out: Annotated[Path, typer.Option(help=f"Folder for {FILE}, and {LAWS}/, a file a person.")],
+    people: Annotated[int, typer.Option(help="Simulated people.", min=1)] = PEOPLE,
     seed: Annotated[int, typer.Option(help="Of people and all that they do.", min=0)] = 0,
     workers: Workers = None,
-    smoke: Annotated[bool, typer.Option("--smoke", help="Two people, twelve reaches.")] = False,
+    smoke: Annotated[bool, typer.Option("--smoke", help="Two people, 27 reaches.")] = False,
 ) -> None:
-    """Have simulated people reach, and explain the mean reach of each task by five costs.
+    """Have simulated people reach, and find the law by which each of them weighs five costs.
 
-    The design is that of the thesis' chapter 3: twelve postures to begin in, nine targets, three
-    repetitions, seen by motion capture with noise. Fit weights to what comes out with
-    scripts/fit_weights.py OUT/results.json: those that ship were made so.
+    The design is that of the thesis' chapter 3: twelve postures to begin in, nine targets, seen by motion
+    capture with noise; when reaches begin and end is not known. What comes out is as of scripts/fit_ioc.py
+    --law --whole: fit weights to it with scripts/fit_weights.py OUT/results.json. Those that ship were
+    made so. One or two minutes a person and core.
     """
     console = Console()
-    make_folders(out=out)
+    folder = out / LAWS
+    make_folders(out=out, laws=folder)
     origin, tasks = results_origin(), tasks_of(smoke)
     count = 2 if smoke else people
     drawn = draw_people(
         count, np.random.default_rng([seed, count]), design.STARTS_12_DEG, CONVENTION
     )
-    parts = [Person(one, tasks, (seed, count, index)) for index, one in enumerate(drawn)]
-    cores = workers or available_cores()
-    reaches: dict[str, list[ObservedReach]] = {}
+    parts = [Person(one, tasks, (seed, count, index), folder) for index, one in enumerate(drawn)]
+    found: dict[str, dict[str, Any]] = {}
     with resumable(console, out), ProgressLine(console) as progress:
-        progress.say("people reach")
+        progress.say("people reach, and their laws are found")
         compiled = functools.partial(prepare, (CONVENTION,))
+        cores = workers or available_cores()
         with closing(
-            do_all(seen_of, parts, workers=cores, prepare=compiled, computed_with=dict)
+            do_all(law_of, parts, workers=cores, prepare=compiled, computed_with=dict)
         ) as results:
-            for name, seen in results:
-                reaches[name] = seen
-                progress.count(len(reaches), len(parts))
-        progress.say("explaining mean reaches")
-        rows = explained(means_of(reaches, tasks), Kept(out / REACHES), cores, progress.count)
-    failed = [row for row in rows if row["error"]]
-    if len(failed) == len(rows):
-        raise HriError(f"no reach was explained: {failed[0]['error']}")
+            for law in results:
+                found[law["person"]] = law
+                progress.count(len(found), len(parts))
     content = {
         "origin": origin,
         "people": count,
@@ -162,11 +152,13 @@ def simulate_weights(
         "costs": list(CHAPTER_3),
         "scaling": MAXIMUM,
         "convention": CONVENTION,
-        "reaches": rows,
+        "whole": True,
+        "reaches": [],
+        "laws": [found[each.reacher.name] for each in parts],
     }
     (out / FILE).write_text(json.dumps(content, indent=1, allow_nan=False) + "\n")
     console.print(
-        f"{out / FILE}: {len(rows) - len(failed)} mean reaches of {count} people",
+        f"{out / FILE}: laws of {count} people, {len(tasks)} reaches",
         highlight=False,
         soft_wrap=True,
     )

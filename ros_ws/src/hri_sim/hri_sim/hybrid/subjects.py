@@ -18,7 +18,7 @@ from hri_prediction.hybrid.body import CONVENTION, BodyArm
 from hri_prediction.hybrid.person import Rest, SeenReach
 from hri_prediction.motor_control import design
 from hri_prediction.motor_control.arm_model import ArmModel
-from hri_prediction.motor_control.law import WeightLaw
+from hri_prediction.motor_control.law import FEATURES, WeightLaw
 from hri_prediction.motor_control.ocp import NotConverged, ReachSolver
 from hri_prediction.motor_control.problem import ReachProblem
 from hri_prediction.motor_control.scaling import scaling_of
@@ -26,8 +26,8 @@ from hri_sim.motor_control.people import draw_people
 
 Array = NDArray[np.float64]
 
-FAMILIES = ("optimal", "other_lengths", "via_points", "minimum_jerk")
-HAVE_TRUTH = ("optimal", "other_lengths")
+FAMILIES = ("optimal", "other_lengths", "via_points", "minimum_jerk", "other_laws")
+HAVE_TRUTH = ("optimal", "other_lengths", "other_laws")
 """Families whose mean paths are an optimum, but for how people stray. Others have no true weights."""
 START = 4
 """P6 of the thesis' twelve start postures: the hand low before the body."""
@@ -47,6 +47,8 @@ _VIA_M = 0.05
 """How far `via_points` go round."""
 _OTHER = 0.15
 """By how much the arms of `other_lengths` are longer or shorter than they seem."""
+_CONCENTRATION = 2.0
+"""Of weights of `other_laws`: far from the mean of all people, but seldom of one cost alone."""
 _ATTEMPTS = 5
 _PHASES = np.linspace(0.0, 1.0, POINTS)
 
@@ -131,15 +133,25 @@ def draw_subjects(count: int, family: str, rng: np.random.Generator) -> list[Sub
     """
     if family not in FAMILIES:
         raise ConfigError(f"people {family!r}", expected="one of " + ", ".join(FAMILIES))
-    people = draw_people(count, rng, design.STARTS_12_DEG)
-    return [_drawn(f"S{i + 1}", family, each.law, rng) for i, each in enumerate(people)]
+    laws = [each.law for each in draw_people(count, rng, design.STARTS_12_DEG)]
+    return [_drawn(f"S{i + 1}", family, law, rng) for i, law in enumerate(laws)]
+
+
+def _same_everywhere(names: tuple[str, ...], rng: np.random.Generator) -> WeightLaw:
+    """Weights that do not ask for the posture, drawn with no regard to how people weigh costs."""
+    alpha = rng.dirichlet(np.full(len(names), _CONCENTRATION))
+    chosen = names.index("joint_jerk")
+    theta = np.zeros((len(names) - 1, len(FEATURES)))
+    theta[:, 0] = np.log(np.delete(alpha, chosen) / alpha[chosen])
+    return WeightLaw(names, theta)
 
 
 def _drawn(name: str, family: str, law: WeightLaw, rng: np.random.Generator) -> Subject:
     """A person; drawn anew where no optimum is found for one of the reaches."""
     for attempt in range(_ATTEMPTS):
+        own = _same_everywhere(law.names, rng) if family == "other_laws" else law
         try:
-            return _subject(name, family, law, rng)
+            return _subject(name, family, own, rng)
         except NotConverged:
             if attempt == _ATTEMPTS - 1:
                 raise

@@ -48,7 +48,7 @@ from hri_sim.launch.folder import naming
 from hri_sim.launch.lockstep import run_in_lockstep
 from hri_sim.launch.options import Parameters, Seed, default_folder, one_of
 from hri_sim.launch.separation import DEFAULT_SEPARATION, SEPARATIONS, Separation
-from hri_sim.launch.telling import explain
+from hri_sim.launch.telling import explain, left_words, print_line
 from hri_sim.readability.batch import PEOPLE, batch_table, learn_all
 from hri_sim.readability.library_command import DEFAULT_LIBRARY
 from hri_sim.readability.traits import POPULATIONS
@@ -150,7 +150,7 @@ def adapt(
         typer.Option(
             help="live: what is done when a node dies. stop: the experiment ends, unless it can do "
             "without it (recorder); restart: it is started again, three times each, and the trial under "
-            "way is made again."
+            "way is made again. A node that is frozen (kill -STOP) has not died: that is said, and no more."
         ),
     ] = STOP,
     smoke: Annotated[bool, typer.Option(help="A few trials only: does it run?")] = False,
@@ -215,6 +215,9 @@ def adapt(
             raise typer.Exit(3 if touched else 1)
     except (HriError, OSError) as error:
         explain(error, console)
+        run = max(folder.glob("run_*"), key=lambda path: path.stat().st_mtime, default=folder)
+        for text in left_words(run):
+            print_line(console, text)
         raise typer.Exit(1) from error
     except KeyboardInterrupt:
         what = f"--out {folder} again goes on"

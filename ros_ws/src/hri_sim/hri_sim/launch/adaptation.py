@@ -30,13 +30,14 @@ from hri_sim.launch.deaths import STOP
 from hri_sim.launch.folder import RunFolders
 from hri_sim.launch.held_signals import EndingSignals
 from hri_sim.launch.parameters import complete_parameters, read_parameters
-from hri_sim.launch.run import COMMAND_TIMEOUT_S, RECORDER_STOP_TIMEOUT_S
+from hri_sim.launch.run import RECORDER_STOP_TIMEOUT_S
 from hri_sim.launch.scene import SCENARIO
 from hri_sim.launch.separation import (
     DEFAULT_SEPARATION,
     check_stopping,
     heartbeat,
     separation_specs,
+    timeouts,
 )
 from hri_sim.launch.supervisor import NodeSpec, Supervisor
 from hri_sim.launch.telling import print_line
@@ -124,7 +125,7 @@ def adaptation_specs(
             {
                 "scenario": str(scenario_path),
                 "seed": options.seed,
-                "command_timeout": COMMAND_TIMEOUT_S,
+                **timeouts(options.separation),
             },
         ),
         NodeSpec("hri_planner", "policy", {**planner, **heartbeat(options.separation)}),

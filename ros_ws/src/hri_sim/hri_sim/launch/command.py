@@ -13,7 +13,7 @@ from hri_prediction.errors import HriError
 from hri_sim.launch.folder import LOGS
 from hri_sim.launch.run import RunOptions, run_graph
 from hri_sim.launch.summary import SUMMARY, print_table, succeeded
-from hri_sim.launch.telling import explain
+from hri_sim.launch.telling import explain, left_words, print_line
 from hri_sim.media.frames import RunRecord
 
 
@@ -64,6 +64,8 @@ def conduct(options: RunOptions, console: Console, *, picture: bool, video: bool
             files |= draw(result.series.record, folder, console, picture=picture, video=video)
     except (HriError, OSError) as error:
         explain(error, console)
+        for text in left_words(folder, files["bag"]):
+            print_line(console, text)
         raise typer.Exit(1) from error
     except (KeyboardInterrupt, SystemExit) as error:
         where = " before the run had begun"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -80,11 +81,12 @@ def conduct_nodes(
         signals.begin(conductor.insisted)
         conductor.close()
     say("stopping")
+    until_ns = time.time_ns()
     killed = supervisor.stop(tell=tell, hurry=lambda: signals.count)
     if killed:
         tell(f"had to be killed: {', '.join(killed)}")
     if conductor.begun:
-        for text in recording_words(supervisor, killed, folders.bag):
+        for text in recording_words(supervisor, killed, folders.bag, until_ns):
             tell(text)
     if broken is not None and not conductor.begun:
         raise broken

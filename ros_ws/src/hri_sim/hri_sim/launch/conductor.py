@@ -15,7 +15,6 @@ from rclpy.action import ActionClient
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
-from sensor_msgs.msg import JointState
 
 from hri_planner.ros.authority import STATUSES
 from hri_prediction.errors import GraphError
@@ -28,31 +27,26 @@ from hri_prediction.ros.messages import (
 )
 from hri_prediction.ros.qos import SENSOR, reliable
 from hri_prediction.ros.time import seconds_to_ns
+from hri_sim.launch.alone import check_alone
 from hri_sim.launch.deaths import STOP, Deaths, NodeDeath
 from hri_sim.launch.folder import LOGS
+from hri_sim.launch.freezing import Freezes
 from hri_sim.launch.health import GraphHealth
 from hri_sim.launch.held_signals import HeldSignals
 from hri_sim.launch.leading import Leading
 from hri_sim.launch.moving_goals import Leader
 from hri_sim.launch.reach_messages import cue_message, goal_message
 from hri_sim.launch.reports import INTERRUPTED, OUTCOMES, ReachReport, plans_of
+from hri_sim.launch.resting import wait_for_rest
 from hri_sim.launch.status_words import FAR_M, status_words
 from hri_sim.launch.supervisor import Supervisor
 from hri_sim.launch.vital import vital_topics
 from hri_sim.scenario.schema import ReachSpec, Scenario
 
-DISCOVERY_S = 1.0
-"""How long to look for another graph before the start [s]."""
 CUE_LEAD_S = 0.1
 """The cue is sent this long before the reach begins, so that everyone has it in time [s]."""
 PATIENCE_S = 20.0
 """How long a node may warn before the run begins all the same [s]."""
-STOP_S = 0.4
-"""Time for the robot to come to rest when a run is broken off [s]."""
-LONGEST_STOP_S = 2.0
-"""The same for one that still moves after that, on a machine that is busy [s]."""
-REST_SPEED = 0.02
-"""Joint speed below which the robot counts as at rest [rad/s]."""
 READY_AGAIN_S = 60.0
 """A node that was started again may take so long [s]."""
 REST_S = 0.5
@@ -99,6 +93,8 @@ class Conductor:
         self._leading = Leading(self._node, f"{mover}/goal", scenario, leader)
         self._begun = False
         self._health = GraphHealth(tell)
+        self._freezes = Freezes(tell)
+        self._made_s = time.monotonic()
         self._state: SimState | None = None
         self._status: PlannerStatus | PolicyStatus | None = None
         self._reports: list[ReachReport] = []
@@ -128,6 +124,11 @@ class Conductor:
         ]
 
     @property
+    def stopped_s(self) -> dict[str, float]:
+        """How long nodes were stopped by signals so far [s], of those that were, by name."""
+        return self._freezes.stopped_s(self._made_s, time.monotonic())
+
+    @property
     def insisted(self) -> tuple[int, ...]:
         """Signals to end that have come and had no effect yet."""
         return self._signals.waiting
@@ -149,21 +150,11 @@ class Conductor:
             reason: Why; said of the reach that is under way.
         """
         if len(self._reports) < len(self._closest):
-            self._report_interrupted(reason)
+            since_s = self._accepted_s if self._goal is not None else self._made_s
+            self._report_interrupted(self._freezes.because(reason, since_s, time.monotonic()))
         if self._goal is not None:
             self._goal.cancel_goal_async()
-        fastest = [0.0]
-
-        def note(joints: JointState) -> None:
-            fastest[0] = max((abs(speed) for speed in joints.velocity), default=0.0)
-
-        self._node.create_subscription(JointState, "joint_states", note, SENSOR)
-        begin = time.monotonic()
-        while not self._signals.waiting and (
-            time.monotonic() < begin + STOP_S
-            or (fastest[0] > REST_SPEED and time.monotonic() < begin + LONGEST_STOP_S)
-        ):
-            self._executor.spin_once(timeout_sec=0.02)
+        wait_for_rest(self._node, self._executor, lambda: bool(self._signals.waiting))
 
     # ------------------------------------------------------------------ listening
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
@@ -194,13 +185,18 @@ class Conductor:
             self._executor.spin_once(timeout_sec=0.02)
             self._look()
             if time.monotonic() > end:
-                raise GraphError(f"{what} did not happen within {timeout_s:.0f} s")
+                raise GraphError(
+                    f"{what} did not happen within {timeout_s:.0f} s", hint=self._freezes.hint()
+                )
 
     def _look(self) -> None:
         """What is looked at in every turn."""
         self._signals.release()
         self._deaths.look(begun=self._begun)
-        self._health.look(time.monotonic(), self._supervisor.pids)
+        now_s, pids = time.monotonic(), self._supervisor.pids
+        self._freezes.look(now_s, pids)
+        # Who is being started again has a reason to be silent.
+        self._health.look(now_s, pids.keys() - set(self._freezes.labels) - self._deaths.again)
 
     def rest(self, seconds: float) -> None:
         """Wait, listening."""
@@ -216,17 +212,11 @@ class Conductor:
         Raises:
             GraphError: when one of them is there already.
         """
-        end = time.monotonic() + DISCOVERY_S
-        while time.monotonic() < end:
-            self._executor.spin_once(timeout_sec=0.02)
-            self._signals.release()
-            present = sorted(set(labels) & set(self._node.get_node_names()))
-            if present:
-                raise GraphError(
-                    f"another graph is running in ROS domain {self._node.context.get_domain_id()}: "
-                    f"{', '.join(present)}",
-                    hint="stop it, or set ROS_DOMAIN_ID to another number for one of the two",
-                )
+        check_alone(self._node, self._turn, labels)
+
+    def _turn(self) -> None:
+        self._executor.spin_once(timeout_sec=0.02)
+        self._signals.release()
 
     def wait_ready(self, timeout_s: float = 60.0) -> None:
         """Wait until every node has said that it runs well, and the action is there.
@@ -243,7 +233,8 @@ class Conductor:
         began = time.monotonic()
 
         def absent() -> set[str]:
-            labels = self._supervisor.pids  # one that the run can do without may have died
+            # One that the run can do without may have died.
+            labels = {*self._supervisor.pids, *self._deaths.due}
             patient = time.monotonic() <= began + PATIENCE_S
             return self._health.missing(labels, self._vital, patient=patient)
 
@@ -284,7 +275,7 @@ class Conductor:
         while self._deaths.again:
             for label in self._deaths.again:
                 self._health.forget(label)
-            self._deaths.again.clear()
+            self._deaths.forget()
             self._say("waiting for what was started again")
             self._become_ready(READY_AGAIN_S)
 
@@ -343,12 +334,15 @@ class Conductor:
             return
         self._goal = None
         result = self._result_of(future, reach.robot_target)
+        reason = result.reason
+        if result.outcome != ReachTarget.Result.REACHED:
+            reason = self._freezes.because(reason, self._accepted_s, time.monotonic())
         end_ns = self.now_ns()
         report = ReachReport(
             index=index,
             target=reach.robot_target,
             outcome=OUTCOMES.get(result.outcome, "failed"),
-            reason=result.reason,
+            reason=reason,
             cue_ns=cue_ns,
             end_ns=end_ns,
             over_ns=end_ns,
@@ -397,4 +391,8 @@ class Conductor:
     def _say_status(self, title: str, closest_m: float) -> None:
         if time.monotonic() >= self._next_say:
             self._next_say = time.monotonic() + 0.1
-            self._say(status_words(title, self._status, self._state, closest_m))
+            needed = self._freezes.needed
+            # What the node that moves the robot has said last is not so any more, or not why.
+            status = None if needed else self._status
+            title = f"{title} · {needed} stopped by a signal" if needed else title
+            self._say(status_words(title, status, self._state, closest_m))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -9,7 +10,6 @@ import numpy as np
 import typer
 from rich.console import Console
 
-from hri_prediction.bags.reader import BagReader
 from hri_prediction.errors import ConfigError, DataError, HriError
 from hri_prediction.files.values import read_json
 from hri_prediction.ros.messages import PlannerStatus
@@ -18,9 +18,10 @@ from hri_sim.launch.command import draw
 from hri_sim.launch.folder import BAG
 from hri_sim.launch.record import read_run, status_topic, with_baseline
 from hri_sim.launch.reports import ReachReport
+from hri_sim.launch.run_bags import RunBags
 from hri_sim.launch.scene import SCENARIO
 from hri_sim.launch.summary import SUMMARY
-from hri_sim.launch.telling import explain
+from hri_sim.launch.telling import explain, print_line
 from hri_sim.media.frames import RunRecord
 from hri_sim.scenario.schema import load_scenario
 
@@ -41,12 +42,14 @@ def _summary(folder: Path) -> dict[str, Any]:
     return found
 
 
-def _bag(folder: Path, summary: dict[str, Any]) -> Path:
-    """The bag of a run: in its folder, or where ``--record`` had put it."""
+def _bags(folder: Path, summary: dict[str, Any]) -> list[Path]:
+    """The bags of a run: in its folder, or where ``--record`` had put them."""
     places = [folder / BAG, Path(summary.get("bag", folder / BAG))]
     for place in places:
         if place.exists():
-            return place
+            # Those that a recorder went on in lie beside the first one, wherever that has been moved to.
+            later = [place.with_name(Path(name).name) for name in summary.get("bags", ())[1:]]
+            return [place, *(path for path in later if path.exists())]
     raise ConfigError(
         f"{folder} holds no {BAG}",
         expected="the folder of a run: --out of scripts/launch_ptomp.py, launch_rnn.py or demo",
@@ -54,27 +57,27 @@ def _bag(folder: Path, summary: dict[str, Any]) -> Path:
     )
 
 
-def reports_of(reader: BagReader, outcomes: list[str]) -> list[ReachReport]:
-    """The reaches of a run as its bag tells them: from cues, and from what the mover of the robot said.
+def reports_of(bags: RunBags, outcomes: list[str]) -> list[ReachReport]:
+    """The reaches of a run as its bags tell them: from cues, and from what the mover of the robot said.
 
     A reach ends with the last status that the robot was under way to it, which is right to a replan.
 
     Args:
-        reader: Bag of the run.
+        bags: Of the run.
         outcomes: Outcomes that the run was summed up with, as far as there are any.
 
     Returns:
-        One report a cue, up to the first reach whose cue is not in the bag.
+        One report a cue, up to the first reach whose cue is in no bag.
     """
     cues: dict[int, int] = {}
     under_way: list[int] = []
-    topics = {"/sim/cue", status_topic(reader.topics)}
-    for message in reader.messages(topics & set(reader.topics)):
-        decoded = message.decode()
-        if message.topic == "/sim/cue":
-            cues.setdefault(decoded.reach, to_ns(decoded.header.stamp))
-        elif decoded.stage in _UNDER_WAY:
-            under_way.append(to_ns(decoded.header.stamp))
+    said = status_topic(bags.topics)
+    data = bags.decoded({"/sim/cue", said})
+    for _, cue in data["/sim/cue"]:
+        cues.setdefault(cue.reach, to_ns(cue.header.stamp))
+    for _, status in data[said]:
+        if status.stage in _UNDER_WAY:
+            under_way.append(to_ns(status.header.stamp))
     times = np.array(under_way, dtype=np.int64)
     reports: list[ReachReport] = []
     while (index := len(reports)) in cues:
@@ -97,27 +100,50 @@ def reports_of(reader: BagReader, outcomes: list[str]) -> list[ReachReport]:
     return reports
 
 
-def earlier_run(folder: Path) -> RunRecord:
-    """What pictures of a run are made from, with its baseline, out of the run's folder.
+@dataclass(frozen=True)
+class EarlierRun:
+    """A run out of its folder.
+
+    Attributes:
+        record: What pictures of it are made from, with its baseline.
+        missing: What is missing from it, in words.
+    """
+
+    record: RunRecord
+    missing: tuple[str, ...]
+
+
+def earlier_run(folder: Path, bag: Path | None = None) -> EarlierRun:
+    """Read a run from its folder.
+
+    Args:
+        folder: Of the run.
+        bag: Bag to take instead of its own, a salvaged one say.
 
     Raises:
         ConfigError: when it is no folder of a run.
         DataError: when its bag or its summary cannot be read.
     """
     summary = _summary(folder)
-    bag = _bag(folder, summary)
+    places = _bags(folder, summary) if bag is None else [bag]
     scenario = load_scenario(folder / SCENARIO)
-    reader = BagReader(bag, allow_unclosed=True)
+    bags = RunBags.of(places, allow_damaged=True)
     outcomes = [str(reach.get("outcome", UNKNOWN)) for reach in summary.get("reaches", ())]
-    known = {name: reader.custom_data.get(name, "?") for name in ("planner", "seed")}
+    known = {name: bags.custom_data.get(name, "?") for name in ("planner", "seed")}
+    reports = reports_of(bags, outcomes)
     series = read_run(
-        bag,
+        bags,
         scenario,
-        reports_of(reader, outcomes),
+        reports,
         sensor_delay_s=0.0,
         title=f"{scenario.name} · {known['planner']} · seed {known['seed']}",
     )
-    return with_baseline(series.record)
+    missing = bags.missing()
+    if len(reports) < len(scenario.reaches):
+        missing.append(
+            f"{len(reports)} of {len(scenario.reaches)} reaches begin in what was recorded"
+        )
+    return EarlierRun(with_baseline(series.record), tuple(missing))
 
 
 @app.command(context_settings={"help_option_names": ["-h", "--help"]})
@@ -127,18 +153,24 @@ def draw_run(
     out: Annotated[
         Path | None, typer.Option(help="Where the files go. Default: the run's folder.")
     ] = None,
+    bag: Annotated[
+        Path | None, typer.Option(help="Bag to draw from, e.g. salvaged. Default: the run's own.")
+    ] = None,
 ) -> None:
     """Draw picture.png, and with --video video.mp4, of an earlier run from its bag.
 
-    Those that are there are replaced. Also draws runs that were broken off, as far as they were
-    recorded. The baseline is simulated anew.
+    Those that are there are replaced. Also draws runs that were broken off, and from bags that were not
+    closed or are damaged, as far as they can be read, and says what is missing. The baseline is
+    simulated anew.
     """
     console = Console()
     folder = out or run
     try:
-        record = earlier_run(run)
+        earlier = earlier_run(run, bag)
+        for text in earlier.missing:
+            print_line(console, text)
         folder.mkdir(parents=True, exist_ok=True)
-        files = draw(record, folder, console, picture=True, video=video)
+        files = draw(earlier.record, folder, console, picture=True, video=video)
     except (HriError, OSError) as error:
         explain(error, console)
         raise typer.Exit(1) from error

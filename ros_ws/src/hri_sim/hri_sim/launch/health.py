@@ -7,13 +7,15 @@ from collections.abc import Callable, Collection, Sequence
 
 from diagnostic_msgs.msg import DiagnosticStatus
 
+from hri_prediction.ros.diagnostics import LEVEL_NOW
 from hri_prediction.ros.node import STANDSTILL
 from hri_sim.launch.vital import hears
 from hri_sim.nodes.recorder_node import TROUBLES
 from hri_sim.recording.condition import TRANSPORT
+from hri_sim.simulator.stopchain import NO_HEARTBEAT
 
-RECORDER = "recorder"
-"""Label of the recorder."""
+RECORDER, MONITOR = "recorder", "separation_monitor"
+"""Labels of nodes."""
 SILENT_S = 3.0
 """A node that says nothing for so long, though it should every second, hangs [s]."""
 SILENT = {
@@ -22,6 +24,10 @@ SILENT = {
     "interaction_monitor": "nobody says what case of interaction it is",
 }
 """Nodes for which nobody else speaks when they hang, and what that means."""
+HANGS = "it hangs, or the machine does not run it"
+"""The same of all others: the robot rests without them, but why is not said by who waits for them."""
+HEARTBEAT = "simulator: heartbeat"
+"""Key of a heartbeat that the controller misses."""
 AGAIN_S = 10.0
 """A trouble that comes and goes is told again after so long [s]."""
 _STEP_S = 0.1
@@ -60,6 +66,8 @@ class GraphHealth:
             self._silent_s[name] = 0.0
             if name == RECORDER:
                 self._tell_troubles(status, now_s)
+            elif NO_HEARTBEAT in status.message and begun:
+                self._tell_heartbeat(now_s)
             self._tell_fault(status)
             if STANDSTILL in status.message and name not in self._stood and begun:
                 self._stood.add(name)
@@ -72,25 +80,30 @@ class GraphHealth:
         self._stood.discard(label)
 
     def look(self, now_s: float, running: Collection[str]) -> None:
-        """Notice nodes of :data:`SILENT` that have fallen silent; call it often.
+        """Notice nodes that have fallen silent; call it often.
 
         Args:
             now_s: Time of any clock that does not jump [s].
-            running: Names of the nodes that run.
+            running: Names of the nodes that run, and are not stopped by a signal.
         """
         # A process that was itself not run for a while has not listened either.
         passed_s = 0.0 if self._looked_s is None else min(now_s - self._looked_s, _STEP_S)
         self._looked_s = now_s
-        for name, meaning in SILENT.items():
-            if name not in self._statuses or name not in running:
-                continue
+        for name in self._statuses.keys() & set(running):
             before_s = self._silent_s[name]
             self._silent_s[name] += passed_s
             if before_s <= SILENT_S < self._silent_s[name]:
-                self._tell(f"{name} has said nothing for {SILENT_S:.0f} s: {meaning}")
+                self._tell(
+                    f"{name} has said nothing for {SILENT_S:.0f} s: {SILENT.get(name, HANGS)}"
+                )
 
     def missing(
-        self, labels: Collection[str], recorded: Sequence[str], *, patient: bool
+        self,
+        labels: Collection[str],
+        recorded: Sequence[str],
+        *,
+        patient: bool,
+        past: bool = True,
     ) -> set[str]:
         """Nodes that are not ready.
 
@@ -99,10 +112,12 @@ class GraphHealth:
             recorded: Topics that the recorder must have heard.
             patient: Whether a node that only warns is waited for. A recorder that misses messages which
                 were lost on the way is not: that is never over, and it records.
+            past: Whether a node that still tells of a fault which is over is waited for, too.
         """
         if not patient:
             return set(labels) - self._statuses.keys()
-        well = {name for name, s in self._statuses.items() if s.level == DiagnosticStatus.OK}
+        level = _level if past else _level_now
+        well = {name for name, s in self._statuses.items() if level(s) == DiagnosticStatus.OK}
         recorder = self._statuses.get(RECORDER)
         if recorder and recorder.level == DiagnosticStatus.WARN and _kinds(recorder) == {TRANSPORT}:
             well.add(RECORDER)
@@ -121,6 +136,17 @@ class GraphHealth:
                 self._tell(f"{name}: {text}")
             self._heard[name, key] = text
 
+    def _tell_heartbeat(self, now_s: float) -> None:
+        """The controller hears no heartbeat: nothing else that is said of the robot's rest is why."""
+        if now_s - self._told_s.get(HEARTBEAT, -AGAIN_S) < AGAIN_S:
+            return
+        self._told_s[HEARTBEAT] = now_s
+        sender = MONITOR if MONITOR in self._statuses else "the node that moves the robot"
+        self._tell(
+            f"the controller hears no heartbeat of {sender} (/separation/speed_scale): "
+            "the robot rests because of it"
+        )
+
     def _tell_troubles(self, status: DiagnosticStatus, now_s: float) -> None:
         kinds = _kinds(status)
         news = {
@@ -132,6 +158,18 @@ class GraphHealth:
             self._tell(f"{RECORDER}: {status.message}")
             self._told_s |= dict.fromkeys(kinds, now_s)
         self._troubles = kinds
+
+
+def _level(status: DiagnosticStatus) -> bytes:
+    """What a node says of the last seconds."""
+    level: bytes = status.level
+    return level
+
+
+def _level_now(status: DiagnosticStatus) -> bytes:
+    """The same of this moment."""
+    level = next((int(item.value) for item in status.values if item.key == LEVEL_NOW), None)
+    return _level(status) if level is None else level.to_bytes(1, "little")
 
 
 def _kinds(recorder: DiagnosticStatus) -> set[str]:

@@ -56,6 +56,6 @@ def one_of(name: str, value: str, allowed: tuple[str, ...], hint: str = "") -> s
         raise ConfigError(
             f"--{name} {value}",
             expected="one like " + ", ".join(near) if near else "one of " + ", ".join(allowed),
-            hint=hint or f"give --{name} {allowed[0]}, or leave it out",
+            hint=hint or f"give --{name} {(near or allowed)[0]}, or leave it out",
         )
     return value

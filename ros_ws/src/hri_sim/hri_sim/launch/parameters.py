@@ -24,7 +24,9 @@ from hri_prediction.nodes.mocap_live_node import MocapLiveConfig
 from hri_prediction.nodes.predictor_node import PredictorNodeConfig
 from hri_prediction.ontology.config import WatchConfig
 from hri_prediction.prediction.config import PredictorConfig
+from hri_prediction.ros.scheduling import SchedulingConfig
 from hri_prediction.tracks.segmentation import SegmentationConfig
+from hri_sim.launch.precedence import REALTIME, urgency
 from hri_sim.launch.supervisor import NodeSpec
 from hri_sim.nodes.dyad_node import DyadNodeConfig
 from hri_sim.nodes.observer_node import ObserverNodeConfig
@@ -63,6 +65,8 @@ CONFIGURATIONS: dict[str, tuple[tuple[str, Any], ...]] = {
     "recorder": (("", RecorderNodeConfig()), ("", RecorderConfig())),
 }
 """What each node declares, by its executable: prefix of the names, and the defaults."""
+EVERY_NODE = ("", SchedulingConfig())
+"""What all of them declare."""
 OPTIONS = {
     ("simulator", "scenario"): "--scenario",
     ("person", "scenario"): "--scenario",
@@ -112,7 +116,7 @@ def read_parameters(path: Path | None) -> dict[str, dict[str, Any]]:
 
 def _fields(executable: str) -> Iterator[tuple[str, str, Any]]:
     """Name of each parameter of a node, name of the field, and the defaults that it is one of."""
-    for prefix, defaults in CONFIGURATIONS[executable]:
+    for prefix, defaults in (*CONFIGURATIONS[executable], EVERY_NODE):
         for field in dataclasses.fields(defaults):
             if "doc" in field.metadata:
                 yield prefix + field.name, field.name, defaults
@@ -153,6 +157,17 @@ def _model_faults(spec: NodeSpec, given: Mapping[str, Any]) -> Iterator[ConfigEr
             )
 
 
+def _urgency_faults(spec: NodeSpec, given: Mapping[str, Any]) -> Iterator[ConfigError]:
+    """Who computes for as long as there is time is not to come before who stops the robot."""
+    wanted, least = given.get("realtime_priority", 0), min(REALTIME.values())
+    if spec.executable not in REALTIME and isinstance(wanted, int) and wanted >= least:
+        yield ConfigError(
+            f"{spec.label}: realtime_priority = {wanted}",
+            expected=f"less than {least}, that of the separation monitor",
+            hint="who is to stop the robot in time comes first",
+        )
+
+
 def _plain(value: Any) -> Any:
     return list(value) if isinstance(value, tuple) else value
 
@@ -161,9 +176,9 @@ def _effective(
     spec: NodeSpec, given: Mapping[str, Any], faults: list[ConfigError]
 ) -> dict[str, Any]:
     """All parameters of a node, as it will have them; what is wrong with them goes into faults."""
-    wanted = {**spec.parameters, **given}
+    wanted = {**urgency(spec.executable), **spec.parameters, **given}
     found: dict[str, Any] = {}
-    for prefix, defaults in CONFIGURATIONS[spec.executable]:
+    for prefix, defaults in (*CONFIGURATIONS[spec.executable], EVERY_NODE):
         fields = {field for _, field, owner in _fields(spec.executable) if owner is defaults}
         own = {field: wanted[prefix + field] for field in fields if prefix + field in wanted}
         values = {field: getattr(defaults, field) for field in fields} | own
@@ -210,6 +225,7 @@ def complete_parameters(
         given = overrides.get(spec.label, {})
         faults += _name_faults(spec, given)
         faults += _model_faults(spec, given)
+        faults += _urgency_faults(spec, given)
         complete.append(dataclasses.replace(spec, parameters=_effective(spec, given, faults)))
     if faults:
         raise all_of(source, faults)

@@ -1,23 +1,27 @@
-"""From the bag of a run to arrays and figures. The bag is the only witness."""
+"""From the bags of a run to arrays and figures. They are the only witnesses."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hri_prediction.bags.inspect import inspect_bag
-from hri_prediction.bags.reader import BagReader
 from hri_prediction.errors import DataError
 from hri_prediction.ros.messages import HumanPrediction, PolicyStatus
 from hri_prediction.ros.time import NANO, to_ns
 from hri_sim.launch.reports import ReachReport
-from hri_sim.media.frames import BaselineTrack, PredictionMark, ReachMark, RunRecord
+from hri_sim.launch.run_bags import RunBags
+from hri_sim.media.frames import (
+    HOLE_S,
+    BaselineTrack,
+    PredictionMark,
+    ReachMark,
+    RunRecord,
+    holes,
+)
 from hri_sim.scenario.schema import PersonSpec, Scenario
 from hri_sim.simulator.baseline import run_baseline
 
@@ -41,8 +45,10 @@ class Series:
         misses: Deadline misses of the motion so far, at these times.
         mocap_to_prediction_ms: Newest sample used → prediction sent.
         mocap_to_trajectory_ms: Newest sample used → trajectory sent.
-        rates_hz: Mean rate of each topic between its first and its last message.
-        lost_messages: Messages that were sent but are not in the bag, by sequence numbers.
+        rates_hz: Mean rate of each topic between its first and its last message in each bag.
+        lost_messages: Messages that were sent but are not in the bags, by sequence numbers.
+        gaps_s: From when to when nothing was recorded: between two bags, or while the recorder was stopped
+            or lost what was sent.
     """
 
     origin_ns: int
@@ -56,6 +62,7 @@ class Series:
     mocap_to_trajectory_ms: FloatArray
     rates_hz: dict[str, float]
     lost_messages: int
+    gaps_s: tuple[tuple[float, float], ...] = ()
 
 
 def status_topic(topics: Iterable[str]) -> str:
@@ -63,21 +70,18 @@ def status_topic(topics: Iterable[str]) -> str:
     return "/policy/status" if "/policy/status" in topics else "/ptomp/status"
 
 
-def _decode(reader: BagReader, topics: set[str]) -> dict[str, list[tuple[int, Any]]]:
-    """Topic to (publish time [ns], message)."""
-    found: dict[str, list[tuple[int, Any]]] = {topic: [] for topic in topics}
-    for message in reader.messages(topics):
-        found[message.topic].append((message.publish_time_ns, message.decode()))
-    return found
-
-
 def read_run(
-    bag: Path, scenario: Scenario, reports: list[ReachReport], *, sensor_delay_s: float, title: str
+    bags: RunBags,
+    scenario: Scenario,
+    reports: list[ReachReport],
+    *,
+    sensor_delay_s: float,
+    title: str,
 ) -> Series:
     """Read a run.
 
     Args:
-        bag: Bag folder.
+        bags: What was recorded of it.
         scenario: What was done.
         reports: How the reaches went; their times are put onto the run's clock.
         sensor_delay_s: Simulated delay of the sensor, which is not counted as latency [s].
@@ -86,20 +90,21 @@ def read_run(
     Raises:
         DataError: when the bag cannot be read, or lacks the state of simulator and joints.
     """
-    reader = BagReader(bag, allow_unclosed=True)
     truth = {person.id: f"/sim/bodies/{person.id}/arm" for person in scenario.persons}
     predictions = [f"/humans/bodies/{person.id}/prediction" for person in scenario.persons]
-    said = status_topic(reader.topics)
+    said = status_topic(bags.topics)
     fixed = ["/sim/state", "/joint_states", said, "/joint_trajectory_controller/reference"]
     trajectories = "/joint_trajectory_controller/joint_trajectory"
     topics = {*fixed, *truth.values(), *predictions, trajectories}
-    data = _decode(reader, topics & set(reader.topics) | set(fixed))
+    data = bags.decoded(topics & bags.topics | set(fixed))
+    elsewhere = {said, trajectories, *truth.values(), *predictions}  # not from the simulator
     states = {to_ns(m.header.stamp): m for _, m in data["/sim/state"]}
     joints = {to_ns(m.header.stamp): m for _, m in data["/joint_states"]}
     stamps = np.array(sorted(states.keys() & joints.keys()))
     if len(stamps) < 2:
         raise DataError(
-            f"{bag} holds no /sim/state with /joint_states", expected="a bag of a simulated run"
+            f"{bags.readers[0].path} holds no /sim/state with /joint_states",
+            expected="a bag of a simulated run",
         )
     origin = int(stamps[0])
 
@@ -156,7 +161,6 @@ def read_run(
         for m in status
         if to_ns(m.handover) in sent_at and to_ns(m.newest_sample)
     ]
-    report = inspect_bag(bag)
     return Series(
         origin_ns=origin,
         record=record,
@@ -167,8 +171,37 @@ def read_run(
         misses=np.array([m.deadline_misses for m in status], dtype=np.int64),
         mocap_to_prediction_ms=np.array(to_prediction),
         mocap_to_trajectory_ms=np.array(to_trajectory),
-        rates_hz={t.topic: t.rate_hz if math.isfinite(t.rate_hz) else 0.0 for t in report.topics},
-        lost_messages=sum(t.missing or 0 for t in report.topics),
+        rates_hz=bags.rates_hz,
+        lost_messages=bags.lost_messages,
+        gaps_s=gaps_of(
+            record.time_s,
+            seconds([edge for gap in bags.gaps_ns for edge in gap]),
+            seconds(sorted(sent for topic in elsewhere for sent, _ in data.get(topic, ()))),
+        ),
+    )
+
+
+def gaps_of(
+    states_s: FloatArray, between_bags_s: FloatArray, others_s: FloatArray
+) -> tuple[tuple[float, float], ...]:
+    """From when to when nothing was recorded [s], in order; what lies within another is left out.
+
+    Args:
+        states_s: Times of the states of the simulator that were recorded, ascending [s].
+        between_bags_s: Begin and end of each gap between two bags, one after the other [s].
+        others_s: When other nodes said what was recorded, ascending [s]: who was stopped or started again
+            then was the simulator, not the recorder.
+    """
+    found = [
+        (float(begin), float(end))
+        for begin, end in ((states_s[i], states_s[i + 1]) for i in holes(states_s))
+        if np.diff(np.searchsorted(others_s, (begin + 0.5 * HOLE_S, end - 0.5 * HOLE_S)))[0] == 0
+    ]
+    found += [(float(a), float(b)) for a, b in between_bags_s.reshape(-1, 2)]
+    return tuple(
+        gap
+        for gap in sorted(set(found))
+        if not any(a <= gap[0] and gap[1] <= b and (a, b) != gap for a, b in found)
     )
 
 

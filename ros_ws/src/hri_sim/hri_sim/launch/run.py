@@ -26,19 +26,21 @@ from hri_sim.launch.learning import have_compiled, learning
 from hri_sim.launch.moving_goals import Scene
 from hri_sim.launch.parameters import complete_parameters, read_parameters
 from hri_sim.launch.record import Series, read_run, with_baseline
+from hri_sim.launch.run_bags import RunBags
 from hri_sim.launch.scene import LIBRARY, SCENARIO, run_library, run_scene
 from hri_sim.launch.separation import (
     DEFAULT_SEPARATION,
     check_stopping,
     heartbeat,
     separation_specs,
+    timeouts,
 )
 from hri_sim.launch.summary import SUMMARY, print_table, summarise, write_summary
 from hri_sim.launch.supervisor import NodeSpec, Supervisor
 from hri_sim.launch.telling import print_line, status_line, words_of
+from hri_sim.recording.folders import bag_folders
 from hri_sim.scenario.schema import Scenario, save_scenario
 
-COMMAND_TIMEOUT_S = 0.1
 """Heartbeat age at which the controller of a supervised run stops the robot [s]."""
 RECORDER_STOP_TIMEOUT_S = 30.0
 """A slow disk may still have to take much of the bag when a run ends [s]."""
@@ -131,7 +133,7 @@ def node_specs(
     """The nodes of a run, each with the parameters that are not as by default."""
     common = {"scenario": str(scenario_path), "seed": options.seed}
     specs = [
-        NodeSpec("hri_sim", "simulator", {**common, "command_timeout": COMMAND_TIMEOUT_S}),
+        NodeSpec("hri_sim", "simulator", {**common, **timeouts(options.separation)}),
         *_mover_specs(options, scenario, library),
         *separation_specs(options.separation, scenario),
         NodeSpec(
@@ -285,7 +287,7 @@ def _run_graph(
     origin = results_origin()
     prepared = prepare(options, bag, console)
     scene, scenario = prepared.scene, prepared.scene.scenario
-    cpu_cores = 0.0
+    cpu_cores, host_share = 0.0, 0.0
     with status_line(console) as say, Supervisor(options.out) as supervisor:
         conductor = Conductor(
             scenario,
@@ -298,10 +300,10 @@ def _run_graph(
         )
 
         def work() -> None:
-            nonlocal cpu_cores
+            nonlocal cpu_cores, host_share
             load = CpuMeter([*supervisor.pids.values(), os.getpid()])
             conductor.run()
-            cpu_cores = load.cores()
+            cpu_cores, host_share = load.cores(), load.host_share()
 
         ended = conduct_nodes(
             conductor,
@@ -319,19 +321,16 @@ def _run_graph(
     simulated = options.human == "simulated" and bool(scenario.persons)
     series = None
     try:
+        bags = RunBags.of(bag_folders(bag) or [bag])
         series = read_run(
-            bag,
+            bags,
             scenario,
             reports,
             sensor_delay_s=scenario.persons[0].latency if simulated else 0.0,
             title=f"{scenario.name} · {options.moved_by} · seed {options.seed}",
         )
-        if series.lost_messages:
-            print_line(
-                console,
-                f"{series.lost_messages} messages were sent and are not in {bag}: "
-                "scripts/inspect_bag.py BAG says on which topics",
-            )
+        for text in (*bags.unread_words(), *bags.lost_words()):
+            print_line(console, text)
         # A goal that moves has no nominal motion to compare with.
         if broken is None and not signals.count and scene.leader is None:
             series = replace(series, record=with_baseline(series.record))
@@ -342,6 +341,8 @@ def _run_graph(
     summary = summarise(series, reports, scenario=scenario, bag=bag, seed=options.seed)
     summary["planner"] = options.moved_by
     summary["separation"] = options.separation
+    summary["stopped_s"] = conductor.stopped_s
+    summary["host_share"] = host_share
     summary["origin"] = origin
     try:
         write_summary(options.out / SUMMARY, summary)

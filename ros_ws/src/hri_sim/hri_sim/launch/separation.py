@@ -8,9 +8,11 @@ from typing import Annotated, Any
 import typer
 
 from hri_planner.separation.config import ASSUMED, BOTH, HUMAN_MODES, SEEN
+from hri_planner.separation.timely import MOST_HELD_S, TRANSPORT_S
 from hri_prediction.errors import ConfigError
 from hri_sim.launch.supervisor import NodeSpec
 from hri_sim.scenario.schema import Scenario
+from hri_sim.simulator.stopchain import COMMAND_TIMEOUT_S, HEARTBEAT_TIMEOUT_S
 
 OFF = "off"
 SEPARATIONS = (*HUMAN_MODES, OFF)
@@ -65,6 +67,15 @@ def separation_specs(mode: str, scenario: Scenario, *, real: bool = False) -> li
     return [NodeSpec("hri_planner", MONITOR, parameters)]
 
 
+def timeouts(mode: str) -> dict[str, float]:
+    """Parameters of the controller: how long it goes on without commands.
+
+    What a monitor said last is good for its reaction time. Without one nobody reckons with that.
+    """
+    given = {"command_timeout": COMMAND_TIMEOUT_S}
+    return given if mode == OFF else {**given, "heartbeat_timeout": HEARTBEAT_TIMEOUT_S}
+
+
 def heartbeat(mode: str) -> dict[str, bool]:
     """Parameters of what moves the robot: where a monitor supplies the speed scale, it alone does."""
     return {} if mode == OFF else {"heartbeat": False}
@@ -82,9 +93,25 @@ def check_stopping(parameters: Mapping[str, Mapping[str, Any]], source: str) -> 
     """
     if MONITOR not in parameters or "simulator" not in parameters:
         return
-    ramp, reckoned = parameters["simulator"]["ramp_down"], parameters[MONITOR]["stopping_time"]
+    robot, monitor = parameters["simulator"], parameters[MONITOR]
+    ramp, reckoned = robot["ramp_down"], monitor["stopping_time"]
     if reckoned < ramp:
         raise ConfigError(
             f"{source}: {MONITOR}: stopping_time = {reckoned} s, but the controller takes {ramp} s to stop",
             expected=f"at least simulator: ramp_down = {ramp}",
+        )
+    if not robot["command_timeout"]:
+        raise ConfigError(
+            f"{source}: simulator: command_timeout = 0 beside a {MONITOR}",
+            expected="a time, after which a robot stops whose monitor is dead",
+        )
+    silence = robot["heartbeat_timeout"] or robot["command_timeout"]
+    least = MOST_HELD_S + TRANSPORT_S + silence
+    if monitor["reaction_time"] < least - 1e-9:
+        raise ConfigError(
+            f"{source}: {MONITOR}: reaction_time = {monitor['reaction_time']} s, but the controller goes "
+            f"on for {silence} s when the monitor is dead",
+            expected=f"at least {least:g} s, with {MOST_HELD_S} s until it is said and {TRANSPORT_S} s on "
+            "the way",
+            hint="lower simulator: heartbeat_timeout instead",
         )

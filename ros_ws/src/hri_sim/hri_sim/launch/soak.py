@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from rich.box import SIMPLE
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
@@ -31,6 +32,8 @@ from hri_sim.soak.report import (
     write_report,
 )
 
+WHOLE = ("fault", "node", "process")
+"""Columns that are not folded but at underscores: the tables are for 80 columns."""
 SMOKE_MINUTES, SMOKE_WAIT_S = 2.0, 3.0
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
@@ -43,12 +46,17 @@ def print_report(console: Console, content: dict[str, Any]) -> None:
         ("Faults", FAULT_HEAD, fault_table(content)),
         ("What is wanted", BAR_HEAD, bar_rows(content)),
     ):
-        table = Table(title=title, title_justify="left")
+        table = Table(
+            title=title, title_justify="left", box=SIMPLE, padding=(0, 1, 0, 0), show_edge=False
+        )
         for name in head:
-            table.add_column(escape(name.replace(" [", "\n[")))
+            table.add_column(
+                escape(name.replace(" [", "\n[")), overflow="fold", no_wrap=name in WHOLE
+            )
         for row in rows:
-            table.add_row(*(escape(cell.replace("*", "")) for cell in row))
+            table.add_row(*(escape(cell.replace("*", "").replace("_", "_\n")) for cell in row))
         console.print(table)
+        console.print()
     files = content["files"]
     console.print(f"bags: {files['total_mb']:.1f} MB", highlight=False)
     console.print(verdict(content), highlight=False, markup=False, soft_wrap=True)
@@ -110,11 +118,14 @@ def soak(
         mean_wait_s=SMOKE_WAIT_S if smoke else every,
         separation=one_of("separation", separation, SEPARATIONS),
     )
+    # The folder of another run, which is refused, is left as it is.
+    others = (options.out / LOG).exists()
     try:
         run_soak(options, console)
     except (HriError, OSError) as error:
         explain(error, console)
-        _report_if_any(options.out, console)
+        if not others:
+            _report_if_any(options.out, console)
         raise typer.Exit(1) from error
     except KeyboardInterrupt:
         _report_if_any(options.out, console)

@@ -17,7 +17,7 @@ from hri_prediction.ros.messages import HumanPrediction, PlannerStatus, PolicySt
 from hri_prediction.ros.qos import SENSOR, reliable
 from hri_prediction.ros.time import seconds_to_ns, to_ns
 from hri_sim.launch.conductor import REST_S, Conductor
-from hri_sim.launch.deaths import RESTART, Deaths
+from hri_sim.launch.deaths import RESTART, Deaths, ended
 from hri_sim.launch.reports import INTERRUPTED, OUTCOMES
 from hri_sim.launch.soak_faults import Happening, Injector
 from hri_sim.launch.supervisor import Supervisor
@@ -160,12 +160,11 @@ class SoakConductor(Conductor):
             self._pids = pids
             return
         now_s = self._now_s()
-        for label, pid in pids.items():
-            if pid != self._pids.get(label, pid):
-                wanted = self._injector.died(label, now_s)
-                self._log.write(DEATH, {"s": now_s, "node": label, "wanted": wanted})
-                if label == PERSON:
-                    self._walk.place = HOME
+        for label in ended(self._pids, pids):
+            wanted = self._injector.died(label, now_s)
+            self._log.write(DEATH, {"s": now_s, "node": label, "wanted": wanted})
+            if label == PERSON:
+                self._walk.place = HOME
         self._pids = pids
         if now_s >= self._next_sample_s:
             self._next_sample_s = now_s + SAMPLE_S

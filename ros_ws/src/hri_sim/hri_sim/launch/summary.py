@@ -14,6 +14,7 @@ from rich.table import Table
 
 from hri_planner.robot.model import load_robot
 from hri_prediction.ros.time import NANO
+from hri_sim.launch.freezing import stopped_words
 from hri_sim.launch.record import Series
 from hri_sim.launch.reports import INTERRUPTED, ReachReport
 from hri_sim.launch.separation import OFF
@@ -24,7 +25,11 @@ FloatArray = NDArray[np.float64]
 SUMMARY = "summary.json"
 """File in the folder of a run."""
 LATE_SHARE = 0.02
+"""Share of late plans from which they are told of."""
+BUSY_SHARE = 0.1
 """Share of late plans from which a run says more of the machine than of the planner."""
+HOST_SHARE = 0.02
+"""Share of a virtual machine that its host takes from which it is told of beside late plans."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +76,7 @@ def reach_figures(series: Series | None, reports: list[ReachReport]) -> list[Rea
     found = []
     for number, (report, reach, mark) in enumerate(zip(reports, said, marks, strict=True)):
         # A recorder that died left no witness: then what was seen live counts, not what it last saw.
-        if series.record.time_s[-1] < (report.over_ns - series.origin_ns) / NANO:
+        if not _recorded(series, mark.start_s, (report.over_ns - series.origin_ns) / NANO):
             found.append(reach)
             continue
         end = marks[number + 1].start_s if number + 1 < len(marks) else np.inf
@@ -98,6 +103,23 @@ def reach_figures(series: Series | None, reports: list[ReachReport]) -> list[Rea
     return found
 
 
+def _recorded(series: Series, begin_s: float, end_s: float) -> bool:
+    """Whether a bag was recorded all the time from one time to another."""
+    between = any(begin_s < end and begin < end_s for begin, end in series.gaps_s)
+    return not between and bool(end_s <= series.record.time_s[-1])
+
+
+def _least_of_baseline(series: Series | None) -> float | None:
+    """Smallest clearance of the baseline while its people, those of the recording, were recorded."""
+    if series is None or series.record.baseline is None:
+        return None
+    baseline = series.record.baseline
+    known = np.ones(len(baseline.time_s), dtype=bool)
+    for begin, end in series.gaps_s:
+        known &= (baseline.time_s < begin) | (baseline.time_s > end)
+    return _least(baseline.clearance_m[known])
+
+
 def _goal_error(series: Series, time_s: float, target: FloatArray) -> float:
     """True distance of the tool to the target when the result came [m]."""
     index = min(int(np.searchsorted(series.record.time_s, time_s)), len(series.record.time_s) - 1)
@@ -118,7 +140,6 @@ def summarise(
         seed: Seed of the run.
     """
     reaches = reach_figures(series, reports)
-    baseline = None if series is None else series.record.baseline
     bad = [reach.outcome for reach in reaches if reach.outcome != "reached"]
     outcome = (
         bad[0] if bad else ("reached" if len(reaches) == len(scenario.reaches) else INTERRUPTED)
@@ -141,8 +162,9 @@ def summarise(
     return {
         "outcome": outcome,
         "reaches": [asdict(reach) for reach in reaches],
+        "reaches_asked": len(scenario.reaches),
         "touched": touched if touched or known else None,
-        "baseline_min_clearance_m": None if baseline is None else _least(baseline.clearance_m),
+        "baseline_min_clearance_m": _least_of_baseline(series),
         "mocap_rate_hz": rate("arm"),
         "prediction_rate_hz": rate("prediction"),
         "latency_ms": {
@@ -155,6 +177,7 @@ def summarise(
         },
         "bag": str(bag),
         "bags": [str(path) for path in bag_folders(bag)],
+        "recording_gaps_s": [] if series is None else [list(gap) for gap in series.gaps_s],
         "seed": seed,
     }
 
@@ -169,6 +192,31 @@ def late_replans(reaches: list[dict[str, Any]]) -> tuple[int, int]:
     known = [reach for reach in reaches if reach["deadline_misses"] is not None]
     misses = sum(reach["deadline_misses"] for reach in known)
     return misses, misses + sum(reach["replans"] for reach in known)
+
+
+def _late_words(summary: dict[str, Any]) -> str:
+    """What is said of late plans; empty when they were few."""
+    misses, plans = late_replans(summary["reaches"])
+    if misses <= LATE_SHARE * plans:
+        return ""
+    share = f"{misses} of {plans} plans ({misses / plans:.0%})"
+    # A monitor changes the speed while a plan is made for the speed before.
+    if summary.get("separation", OFF) != OFF:
+        return (
+            f"{share} were dropped: late, or made for a robot as fast as it was before the monitor "
+            "changed that"
+        )
+    said = f"{share} were late and dropped"
+    if summary.get("stopped_s"):
+        return f"{said}: {stopped_words(summary['stopped_s'])}"
+    busy = misses > BUSY_SHARE * plans
+    if (taken := summary.get("host_share", 0.0)) > HOST_SHARE:
+        said += (
+            f"; the host of this virtual machine took {taken:.0%} of its processor time meanwhile"
+        )
+    if busy:
+        said += f", more than {BUSY_SHARE:.0%}: the machine was too busy for figures"
+    return said
 
 
 def number(value: float | None, style: str, factor: int | float = 1) -> str:
@@ -224,21 +272,26 @@ def print_table(console: Console, summary: dict[str, Any]) -> None:
         "–: there is none, or it was not recorded",
         highlight=False,
     )
+    begun = len(summary["reaches"])
+    asked = summary.get("reaches_asked", begun)
+    if begun < asked:
+        console.print(f"{begun} of {asked} reaches begun", highlight=False)
+    for begin, end in summary.get("recording_gaps_s", ()):
+        console.print(
+            f"nothing was recorded from {begin:.2f} to {end:.2f} s; figures are of what was recorded",
+            highlight=False,
+        )
     for count, reach in enumerate(summary["reaches"], 1):
         if reach["outcome"] != "reached":
             console.print(f"reach {count}: {reach['reason']}", highlight=False, markup=False)
         if reach["goal_error_m"] is None:
             console.print(
-                f"reach {count}: the recording ended before it did; the clearance was seen live",
+                f"reach {count} was not recorded from begin to end; its clearance was seen live",
                 highlight=False,
             )
-    misses, plans = late_replans(summary["reaches"])
-    if misses > LATE_SHARE * plans:
-        # A monitor changes the speed while a plan is made for the speed before.
-        why = "late and dropped: the machine was too busy for figures"
-        if summary.get("separation", OFF) != OFF:
-            why = "dropped: late, or made for a robot as fast as it was before the monitor changed that"
-        console.print(f"{misses} of {plans} plans were {why}", highlight=False)
+    text = _late_words(summary)
+    if text:
+        console.print(text, highlight=False)
     if summary["touched"]:
         console.print("[red]the robot touched the person[/]: a true clearance is not above 0")
     latency = summary["latency_ms"]["mocap_to_trajectory"]

@@ -20,8 +20,9 @@ from typing import Any
 import yaml
 
 from hri_prediction.errors import GraphError
+from hri_prediction.ros.scheduling import share_processors
 from hri_sim.launch.folder import LOGS, PARAMETERS
-from hri_sim.launch.precedence import niceness
+from hri_sim.launch.precedence import niceness, urgency
 
 _PR_SET_PDEATHSIG = 1
 STOP_TIMEOUT_S = 5.0
@@ -133,6 +134,7 @@ def die_with(parent: int) -> None:
 def _begin(parent: int, more: int) -> None:
     """In the child, before it is the node: :func:`die_with`; and its niceness, and its threads'."""
     die_with(parent)
+    share_processors()
     os.nice(more)
 
 
@@ -204,10 +206,11 @@ class Supervisor:
         command = [str(executable), "--ros-args"]
         if spec.name:
             command += ["-r", f"__node:={spec.name}"]
-        if spec.parameters:
+        parameters = {**urgency(spec.executable), **spec.parameters}
+        if parameters:
             path = self.folder / PARAMETERS / f"{spec.label}.yaml"
             # "/**" also matches a node that is put into a namespace.
-            values = {"/**": {"ros__parameters": dict(spec.parameters)}}
+            values = {"/**": {"ros__parameters": parameters}}
             path.write_text(yaml.safe_dump(values, sort_keys=False))
             command += ["--params-file", str(path)]
         with self.log_path(spec.label).open(mode) as log:

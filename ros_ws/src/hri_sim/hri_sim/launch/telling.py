@@ -6,12 +6,14 @@ import contextlib
 import math
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 from rich.console import Console
 from rich.markup import escape
 
 from hri_prediction.errors import HriError
 from hri_sim.launch.deaths import NodeDeath
+from hri_sim.launch.folder import LOGS
 
 
 @contextlib.contextmanager
@@ -56,6 +58,22 @@ def explain(error: HriError | OSError, console: Console) -> None:
     if isinstance(error, NodeDeath):
         for line in error.death.last_words:
             print_line(console, f"  {line}")
+
+
+def left_words(folder: Path, bag: Path | None = None) -> list[str]:
+    """Where the files are that a run which failed has left; nothing when it has left none.
+
+    Args:
+        folder: Of the run.
+        bag: Its bag; none: it has none.
+    """
+    logs = folder / LOGS
+    if not logs.is_dir():
+        return []
+    lines = [f"logs:    {logs}"]
+    if bag is not None and bag.is_dir():
+        lines += [f"bag:     {bag}", f"scripts/draw_run.py {folder} draws what was recorded"]
+    return lines
 
 
 def print_line(console: Console, text: str) -> None:

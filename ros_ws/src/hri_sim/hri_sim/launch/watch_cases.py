@@ -18,6 +18,7 @@ from rclpy.node import Node
 from hri_prediction.ros.messages import InteractionCase
 from hri_prediction.ros.qos import reliable
 from hri_prediction.ros.time import to_ns
+from hri_sim.launch.parameters import complete_parameters, read_parameters
 from hri_sim.launch.supervisor import NodeSpec, Supervisor
 from hri_sim.ontology.live import Heard, figures_of, live_summary
 
@@ -70,7 +71,7 @@ def listen_live(folder: Path, case: int, seed: int, seconds: float) -> list[Hear
     ]
     try:
         with Supervisor(folder) as supervisor:
-            supervisor.start(specs)
+            supervisor.start(complete_parameters(specs, read_parameters(None), ""))
             core = min(os.sched_getaffinity(0))
             os.sched_setaffinity(supervisor.pids[MONITOR], {core})
             until = time.monotonic() + READY_S

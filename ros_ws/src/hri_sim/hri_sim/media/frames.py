@@ -11,6 +11,13 @@ from hri_prediction.errors import DataError
 from hri_sim.scenario.schema import Scenario
 
 FloatArray = NDArray[np.float64]
+HOLE_S = 0.1
+"""States of the simulator (250 a second) that are farther apart leave a gap in a recording [s]."""
+
+
+def holes(time_s: FloatArray) -> NDArray[np.intp]:
+    """Indices of the samples (N,) [s] after which nothing was recorded for a while."""
+    return np.flatnonzero(np.diff(time_s) > HOLE_S)
 
 
 @dataclass(frozen=True)

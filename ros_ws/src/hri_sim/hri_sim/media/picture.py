@@ -12,7 +12,7 @@ from hri_planner.robot.model import RobotModel, load_robot
 from hri_prediction.arm.geometry import ArmRadii
 from hri_prediction.errors import DataError
 from hri_prediction.geometry.segments import capsule_distances, closest_parameters
-from hri_sim.media.frames import PredictionMark, ReachMark, RunRecord
+from hri_sim.media.frames import PredictionMark, ReachMark, RunRecord, holes
 from hri_sim.media.look import (
     BLUE,
     GREEN,
@@ -294,13 +294,26 @@ def _reach_bands(axes: Axes, record: RunRecord, labels: bool) -> None:
             )
 
 
+def _broken(record: RunRecord, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Times [s] and values of the samples of a run, as a line that breaks where nothing was recorded."""
+    after = holes(record.time_s) + 1
+    return np.insert(record.time_s, after, record.time_s[after]), np.insert(values, after, np.nan)
+
+
+def _unrecorded(axes: Axes, record: RunRecord, label: str = "") -> None:
+    for number, index in enumerate(holes(record.time_s)):
+        begin_s, end_s = record.time_s[index : index + 2]
+        name = label if number == 0 else ""
+        axes.axvspan(begin_s, end_s, fc="none", ec="0.7", hatch="////", lw=0, zorder=1, label=name)
+
+
 def _draw_clearance(axes: Axes, moment: _Moment) -> None:
     record = moment.record
     ours = np.where(np.isfinite(record.clearance_m), 1e3 * record.clearance_m, np.nan)
+    low = float(np.nanmin(ours)) if np.isfinite(ours).any() else 0.0
+    high = float(np.nanmax(ours)) if np.isfinite(ours).any() else 1.0
     _reach_bands(axes, record, labels=True)
     axes.axhline(0.0, color="black", lw=1.0)
-    high = float(np.nanmax(ours)) if np.isfinite(ours).any() else 1.0
-    low = float(np.nanmin(ours)) if np.isfinite(ours).any() else 0.0
     if record.baseline is not None:
         theirs = 1e3 * record.baseline.clearance_m
         theirs = np.where(np.isfinite(theirs), theirs, np.nan)
@@ -317,13 +330,14 @@ def _draw_clearance(axes: Axes, moment: _Moment) -> None:
         )
         if np.isfinite(theirs).any():
             low, high = min(low, float(np.nanmin(theirs))), max(high, float(np.nanmax(theirs)))
-    axes.plot(record.time_s, ours, color=BLUE, lw=2.0, label="executed")
+    axes.plot(*_broken(record, ours), color=BLUE, lw=2.0, label="executed")
+    _unrecorded(axes, record, "no states recorded")
     axes.plot(moment.time_s, ours[moment.index], "o", ms=6, mfc="white", mec=BLUE, mew=1.6)
     axes.set_ylim(low - 0.08 * (high - low) - 5.0, high + 0.20 * (high - low) + 5.0)
     axes.set_xlim(record.time_s[0], record.time_s[-1])
     axes.set_ylabel("clearance [mm]")
     axes.set_title("Smallest distance between the surfaces of robot and person")
-    axes.legend(loc="upper right", bbox_to_anchor=(1.0, 1.22), ncols=3)
+    axes.legend(loc="upper right", bbox_to_anchor=(1.0, 1.22), ncols=4)
     axes.tick_params(labelbottom=False)
 
 
@@ -331,15 +345,19 @@ def _draw_speeds(axes: Axes, moment: _Moment) -> None:
     record = moment.record
     _reach_bands(axes, record, labels=False)
 
+    before = holes(record.time_s)
+
     def speed(points: FloatArray) -> FloatArray:
         result: FloatArray = np.linalg.norm(np.gradient(points, record.time_s, axis=0), axis=1)
+        result[before] = result[before + 1] = np.nan  # differences across what is missing
         return result
 
-    axes.plot(record.time_s, speed(moment.tool), color=BLUE, lw=1.6, label="robot tool")
+    _unrecorded(axes, record)
+    axes.plot(*_broken(record, speed(moment.tool)), color=BLUE, lw=1.6, label="robot tool")
     for person in range(record.arms.shape[1]):
         label = "person's wrist" if person == 0 else None
         wrist = record.arms[:, person, 2]
-        axes.plot(record.time_s, speed(wrist), color=VERMILION, lw=1.6, label=label)
+        axes.plot(*_broken(record, speed(wrist)), color=VERMILION, lw=1.6, label=label)
     axes.set_ylim(bottom=0.0)
     axes.set(xlabel="time [s]", ylabel="speed [m/s]")
     axes.legend(loc="upper right", bbox_to_anchor=(1.0, 1.32), ncols=2)

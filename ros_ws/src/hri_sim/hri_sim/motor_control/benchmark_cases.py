@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import tempfile
 import time
 from collections.abc import Callable, Sequence
@@ -20,24 +21,22 @@ from hri_prediction.motor_control.compiled_graph import build
 from hri_prediction.motor_control.convention import YAW_PITCH
 from hri_prediction.motor_control.costs import CHAPTER_2, CHAPTER_3, COSTS, indices_of
 from hri_prediction.motor_control.ioc import explain
-from hri_prediction.motor_control.law import explained, fit_law, mean_postures
+from hri_prediction.motor_control.law import explained
 from hri_prediction.motor_control.multiple_shooting import MultipleShooting
-from hri_prediction.motor_control.observed import ObservedReach, of_angles
+from hri_prediction.motor_control.observed import of_angles
 from hri_prediction.motor_control.ocp import Motion, NotConverged, ReachSolver
 from hri_prediction.motor_control.problem import ReachProblem
-from hri_prediction.motor_control.scaling import scaling_of
+from hri_prediction.motor_control.scaling import Scaling, scaling_of
 from hri_prediction.motor_control.search import search
-from hri_prediction.motor_control.seen import SHARE_OF_PEAK, mean_of
-from hri_prediction.motor_control.span import Span
-from hri_prediction.motor_control.whole import WholeReach
+from hri_prediction.motor_control.seen import SHARE_OF_PEAK
+from hri_sim.motor_control.benchmark_laws import Lawful, laws_case
+from hri_sim.motor_control.first_solve import first_solve
 from hri_sim.motor_control.people import (
     Recorded,
     draw_people,
     measured_arm,
     record,
     see,
-    see_each,
-    see_whole,
 )
 
 Array = NDArray[np.float64]
@@ -46,6 +45,8 @@ Tick = Callable[[int, int], None]
 INTERIOR = 0.03
 """Least weight that counts as interior."""
 RATE_HZ = 250.0
+_ATTEMPTS = 20
+"""So often may a reach be drawn for which no optimum is found."""
 _SPREAD_RAD = 0.3
 """How far off other starts are."""
 
@@ -62,6 +63,7 @@ class Extent:
         starts: Other starts for each solve.
         inverse: Reaches without noise to explain, with a search beside each.
         people: Of the batch, all tasks each.
+        laws: Of how many of them laws are fitted.
     """
 
     tasks: int = 81
@@ -71,9 +73,10 @@ class Extent:
     starts: int = 3
     inverse: int = 60
     people: int = 15
+    laws: int = 3
 
 
-SMOKE = Extent(tasks=4, mixes=2, reference=2, intervals=15, starts=1, inverse=2, people=1)
+SMOKE = Extent(tasks=4, mixes=2, reference=2, intervals=15, starts=1, inverse=2, people=1, laws=1)
 
 
 def chosen_tasks(count: int) -> list[ReachProblem]:
@@ -93,7 +96,7 @@ def build_seconds() -> float:
 
 def ocp_case(extent: Extent, rng: np.random.Generator, tick: Tick) -> dict[str, Any]:
     """Solve reaches of random mixes of five costs, some of them by multiple shooting too."""
-    built_s = build_seconds()
+    built_s, new = build_seconds(), first_solve()
     arm = ArmModel.of_body()
     solver, reference = ReachSolver(arm), MultipleShooting(arm, extent.intervals)
     tasks = chosen_tasks(extent.tasks)
@@ -104,10 +107,11 @@ def ocp_case(extent: Extent, rng: np.random.Generator, tick: Tick) -> dict[str, 
     ]
     beside = set(np.linspace(0, len(jobs) - 1, extent.reference).round().astype(int).tolist())
     solver.solve(tasks[0], np.ones(len(COSTS)))  # the first call loads compiled code
-    seconds, gaps, ratios, theirs, spreads = [], [], [], [], []
+    seconds, whole, gaps, ratios, theirs, spreads = [], [], [], [], [], []
     converged = 0
     for number, (task, alpha) in enumerate(jobs):
         try:
+            asked = time.perf_counter()
             weights = scaling_of(solver, task).weights(alpha, CHAPTER_3)
             begun = time.perf_counter()
             motion = solver.solve(task, weights)
@@ -115,6 +119,7 @@ def ocp_case(extent: Extent, rng: np.random.Generator, tick: Tick) -> dict[str, 
             tick(number + 1, len(jobs))
             continue
         seconds.append(time.perf_counter() - begun)
+        whole.append(time.perf_counter() - asked)
         converged += 1
         if number in beside:
             other = reference.solve(task, weights)
@@ -135,6 +140,8 @@ def ocp_case(extent: Extent, rng: np.random.Generator, tick: Tick) -> dict[str, 
         "starts_n": len(spreads),
         "median_ms": 1e3 * float(np.median(seconds)),
         "p95_ms": 1e3 * float(np.percentile(seconds, 95.0)),
+        "whole_median_ms": 1e3 * float(np.median(whole)),
+        "new_process": new,
         "multiple_shooting_n": len(beside),
         "multiple_shooting_converged": len(theirs),
         "multiple_shooting_median_ms": 1e3 * float(np.median(theirs)),
@@ -168,34 +175,44 @@ def _other_starts(
 
 
 def inverse_case(extent: Extent, rng: np.random.Generator, tick: Tick) -> dict[str, Any]:
-    """Find interior weights of reaches without noise again, beside a search without derivatives."""
+    """Find interior weights of reaches without noise again, beside a search without derivatives.
+
+    Raises:
+        HriError: nothing was explained, or no reach of which a part is seen.
+    """
     solver = ReachSolver(ArmModel.of_body())
     every = design.tasks()
     errors, solves, seconds, not_worse, search_solves = [], [], [], [], []
-    cut: dict[str, list[tuple[float, float]]] = {"accelerations_free": [], "accelerations_seen": []}
+    cut: list[tuple[tuple[float, float], tuple[float, float]]] = []
     for number in range(extent.inverse):
-        task = ReachProblem.at_rest(*every[int(rng.integers(len(every)))][2:])
-        alpha = rng.dirichlet(np.full(len(CHAPTER_2), 2.0))
-        while alpha.min() < INTERIOR:
-            alpha = rng.dirichlet(np.full(len(CHAPTER_2), 2.0))
-        scaling = scaling_of(solver, task)
-        motion = solver.solve(task, scaling.weights(alpha, CHAPTER_2))
+        task, alpha, scaling, motion = _interior(solver, every, rng)
         truth = scaling.factors[indices_of(CHAPTER_2)] * alpha
-        for name, values in cut.items():
-            values.append(_of_cut(solver, motion, truth, seen=name == "accelerations_seen"))
+        with contextlib.suppress(NotConverged):
+            free, known = (_of_cut(solver, motion, truth, seen=each) for each in (False, True))
+            cut.append((free, known))
         phases = np.linspace(0.0, 1.0, round(task.duration * RATE_HZ) + 1)
         seen = of_angles(task, motion.angles(phases), solver.arm)
         begun = time.perf_counter()
-        found = explain(solver, seen)
-        seconds.append(time.perf_counter() - begun)
-        errors.append(float(np.abs(found.alpha - alpha).max()))
-        solves.append(found.solves)
-        beside = search(solver, seen)
-        not_worse.append(found.distance_m <= beside.distance_m)
-        search_solves.append(beside.solves)
+        try:
+            found = explain(solver, seen)
+        except NotConverged:
+            errors.append(1.0)  # the largest that there is
+            not_worse.append(False)
+        else:
+            seconds.append(time.perf_counter() - begun)
+            errors.append(float(np.abs(found.alpha - alpha).max()))
+            solves.append(found.solves)
+            with contextlib.suppress(NotConverged):
+                beside = search(solver, seen)
+                not_worse.append(found.distance_m <= beside.distance_m)
+                search_solves.append(beside.solves)
         tick(number + 1, extent.inverse)
+    if not search_solves or not cut:
+        raise HriError("no reach without noise was explained both ways", expected="one at least")
     return {
         "n": extent.inverse,
+        "not_explained": extent.inverse - len(solves),
+        "search_n": len(search_solves),
         "alpha_error_median": float(np.median(errors)),
         "alpha_error_max": max(errors),
         "share_below_1e3": float(np.mean(np.array(errors) < 1e-3)),
@@ -206,13 +223,38 @@ def inverse_case(extent: Extent, rng: np.random.Generator, tick: Tick) -> dict[s
         "dtw_not_worse_share": float(np.mean(not_worse)),
         "search_solves_median": float(np.median(search_solves)),
         "cut": {
-            name: {
-                "alpha_error_median": float(np.median([error for error, _ in values])),
-                "distance_cm_median": 100.0 * float(np.median([apart for _, apart in values])),
-            }
-            for name, values in cut.items()
+            "n": len(cut),
+            **{
+                name: {
+                    "alpha_error_median": float(np.median([pair[k][0] for pair in cut])),
+                    "distance_cm_median": 100.0 * float(np.median([pair[k][1] for pair in cut])),
+                }
+                for k, name in enumerate(("accelerations_free", "accelerations_seen"))
+            },
         },
     }
+
+
+def _interior(
+    solver: ReachSolver, every: Sequence[tuple[Any, ...]], rng: np.random.Generator
+) -> tuple[ReachProblem, Array, Scaling, Motion]:
+    """A random reach of the design, interior weights (4,), and its optimum; drawn anew where none is found.
+
+    Raises:
+        NotConverged: none is found for anything that was drawn.
+    """
+    for attempt in range(_ATTEMPTS):
+        task = ReachProblem.at_rest(*every[int(rng.integers(len(every)))][2:])
+        alpha = rng.dirichlet(np.full(len(CHAPTER_2), 2.0))
+        while alpha.min() < INTERIOR:
+            alpha = rng.dirichlet(np.full(len(CHAPTER_2), 2.0))
+        try:
+            scaling = scaling_of(solver, task)
+            return task, alpha, scaling, solver.solve(task, scaling.weights(alpha, CHAPTER_2))
+        except NotConverged:
+            if attempt == _ATTEMPTS - 1:
+                raise
+    raise AssertionError("there is one attempt at least")
 
 
 def _of_cut(
@@ -248,7 +290,7 @@ def _of_cut(
 def people_case(
     extent: Extent, rng: np.random.Generator, tick: Tick, say: Callable[[str], None]
 ) -> dict[str, dict[str, Any]]:
-    """Explain noisy reaches of simulated people, one after the other; fit the law of the first of them."""
+    """Explain noisy reaches of simulated people, one after the other; fit laws of the first of them."""
     pairs = [(start, target) for start in range(len(design.STARTS_DEG)) for target in range(9)]
     if extent.tasks < len(pairs):
         pairs = [pairs[i] for i in np.linspace(0, len(pairs) - 1, extent.tasks).round().astype(int)]
@@ -256,26 +298,20 @@ def people_case(
     say("recording people")
     jobs: list[Job] = []
     recorded: list[Recorded] = []
-    found: list[list[WholeReach]] = []
-    known: list[list[ObservedReach]] = []
-    cut: list[list[ObservedReach]] = []
+    lawful: list[Lawful] = []
     for number, person in enumerate(people):
         recordings = [record(person, start, target, rng) for start, target in pairs]
         arm = measured_arm(person, recordings)
         for each in recordings:
             jobs.append(Job(len(jobs), see(each, arm), arm))
             recorded.append(each)
-        if not number:
-            found = [see_whole(each, arm) for each in recordings]
-            known, cut = (
-                [see_each(each, arm, whole=whole) for each in recordings] for whole in (True, False)
-            )
+        if number < extent.laws:
+            lawful.append(Lawful.seen(recordings, arm))
         tick(number + 1, len(people))
     say("explaining their reaches, on one core")
     begun = time.perf_counter()
     outcomes = explain_all(jobs, workers=1, progress=tick)
     seconds = time.perf_counter() - begun
-    first = slice(0, len(pairs))
     # Weights mean nothing without scale factors, and those of the reach as it was seen (cut, averaged) are
     # others than those of the reach as it was made.
     truth = [
@@ -283,73 +319,22 @@ def people_case(
         for one, o in zip(recorded, outcomes, strict=True)
     ]
     nothing = np.full(len(CHAPTER_2), 1.0 / len(CHAPTER_2))
-    single = [np.array(o.alpha) if o.alpha else nothing for o in outcomes[first]]
-    solver, own = ReachSolver(jobs[0].arm), recorded[first]
-    say("fitting a law")
-    of_whole = _law(
-        solver,
-        [[each.seen for each in some] for some in found],
-        own,
-        tick,
-        [each.span for some in found for each in some],
-    )
-    of_known = _law(solver, known, own, tick)
-    of_cut = _law(solver, cut, own, tick)
-    of_means = _law(solver, [[mean_of(each, jobs[0].arm)] for each in known], own, tick)
+    single = [np.array(o.alpha) if o.alpha else nothing for o in outcomes]
+    own = [slice(k * len(pairs), (k + 1) * len(pairs)) for k in range(len(people))]
     return {
         "batch": {
             "n": len(jobs),
             "seconds": seconds,
             "failed": sum(bool(o.error) for o in outcomes),
         },
-        "composite": _composite(outcomes[first], truth[first]),
+        "composite": _composite(outcomes[own[0]], truth[own[0]]),
         "law": {
-            **of_whole,
-            "r2_single_reaches": explained(truth[first], single),
-            "known": of_known,
-            "cut": of_cut,
-            "means": of_means,
+            **laws_case(lawful, tick, say),
+            "r2_single_reaches": min(
+                explained(truth[each], single[each]) for each in own[: len(lawful)]
+            ),
         },
     }
-
-
-def _law(
-    solver: ReachSolver,
-    seen: Sequence[Sequence[ObservedReach]],
-    recorded: Sequence[Recorded],
-    tick: Tick,
-    spans: Sequence[Span] = (),
-) -> dict[str, float]:
-    """Fit a law to reaches of one person; how much of the true weights it explains.
-
-    Args:
-        solver: Of the person's arm.
-        seen: Of each reach its repetitions.
-        recorded: Of each what was recorded.
-        tick: Told how far it is.
-        spans: At about which phases they set out and come to rest; empty: at 0 and at 1.
-    """
-    every = [each for own in seen for each in own]
-    which = [number for number, own in enumerate(seen) for _ in own]
-    truth = [
-        _true_weights(recorded[number], each, solver)
-        for number, each in zip(which, every, strict=True)
-    ]
-    fitted = fit_law(lambda _: solver, every, alike=which, spans=spans, progress=tick)
-    found = [fitted.law.alpha(*ends) for ends in mean_postures(every, which)]
-    return {
-        "n": len(every),
-        "r2_truth": explained(truth, found),
-        "rms_cm": 100.0 * fitted.rms_m,
-    }
-
-
-def _true_weights(recorded: Recorded, seen: ObservedReach, solver: ReachSolver) -> Array:
-    """True weights of a repetition: with the factors of the whole, or with those of what was cut out."""
-    if not (seen.problem.v_start.any() or seen.problem.v_end.any()):
-        return recorded.alpha
-    factors = scaling_of(solver, seen.problem).factors
-    return recorded.alpha_with(factors[indices_of(CHAPTER_2)])
 
 
 def _composite(outcomes: Sequence[Outcome], truth: Sequence[Array]) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from hri_prediction.motor_control.arm_model import (
 from hri_prediction.motor_control.convention import YAW_PITCH
 from hri_prediction.motor_control.costs import CHAPTER_2, indices_of
 from hri_prediction.motor_control.kinematics import elbow_and_wrist
-from hri_prediction.motor_control.law import FEATURES, WeightLaw
+from hri_prediction.motor_control.law import WeightLaw
 from hri_prediction.motor_control.observed import ObservedReach
 from hri_prediction.motor_control.ocp import Motion, NotConverged, ReachSolver
 from hri_prediction.motor_control.problem import ReachProblem
@@ -48,8 +48,14 @@ _ATTEMPTS = 5
 """So often may a repetition be drawn for which no optimum is found."""
 _USUAL = {"hand_jerk": 0.31, "joint_jerk": 0.45, "torque_change": 0.09, "energy": 0.15}
 """Mean weights of the thesis' people."""
-_SLOPE_SD, _OWN_SD = 0.5, 0.3
-"""How weights depend on posture (logarithm of a ratio by radian), and how laws differ between people."""
+_DYNAMIC, _HAND_JERK = 5.0, -3.0
+"""Logarithm of a ratio to joint jerk by the thesis' discomfort (eq. 3.5): of torque change and energy, and
+of hand jerk. Ours, as is how people differ: discomfort explains 0.62 of the share of the dynamic costs (of
+theirs, smoothed, 0.52), weights scatter by 0.16, 0.12, 0.07 and 0.14 (theirs 0.18, 0.14, 0.12, 0.16)."""
+_BETA = (0.8150, -0.4477)
+"""Of that discomfort (eq. 3.8)."""
+_OWN_SD = 0.7
+"""How laws differ between people, logarithm of a ratio and by radian."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,6 +102,19 @@ class Recorded:
         return rescaled(self.alpha, self.factors, factors)
 
 
+def common_slopes() -> Array:
+    """How everybody's logarithms of ratios to joint jerk depend on both postures (3, 6) [1/rad]."""
+    # Discomfort by q1, q2, q3 at the start, then at the end; angles count by half a turn.
+    of_discomfort = np.array([-1.0 - _BETA[1], _BETA[0], 0.0, _BETA[1], 0.0, 0.0]) / np.pi
+    of_start = np.where(np.arange(6) < 3, of_discomfort, 0.0)
+    by_cost = {
+        "hand_jerk": _HAND_JERK * of_start,
+        "torque_change": _DYNAMIC * of_discomfort,
+        "energy": _DYNAMIC * of_discomfort,
+    }
+    return np.array([by_cost[name] for name in CHAPTER_2 if name != "joint_jerk"])
+
+
 def draw_people(
     count: int,
     rng: np.random.Generator,
@@ -103,6 +122,9 @@ def draw_people(
     convention: str = YAW_PITCH.name,
 ) -> list[Reacher]:
     """People who have a law of weights in common, and each their own variation of it.
+
+    The more discomfort a reach is, the larger is the part of the dynamic costs, as the thesis found
+    (figures 2.9 and 3.7); hand jerk depends on the start posture alone (table 3.3).
 
     Args:
         count: How many.
@@ -112,7 +134,7 @@ def draw_people(
     """
     usual = np.array([_USUAL[name] for name in CHAPTER_2])
     logs = np.delete(np.log(usual / _USUAL["joint_jerk"]), CHAPTER_2.index("joint_jerk"))
-    slopes = rng.normal(0.0, _SLOPE_SD, (len(logs), len(FEATURES) - 1))
+    slopes = common_slopes()
     middle = np.radians(np.concatenate([starts_deg.mean(axis=0), design.TARGETS_DEG.mean(axis=0)]))
     people = []
     for number in range(count):

@@ -9,28 +9,9 @@ from hri_prediction.motor_control.analyses.discomfort import SIX, THREE
 from hri_prediction.motor_control.costs import CHAPTER_2, CHAPTER_3
 from hri_prediction.motor_control.results_table import markdown
 from hri_prediction.results.origin import origin_line
+from hri_sim.motor_control import thesis
 from hri_sim.motor_control.chapter_2 import COMPOSITE
-
-THESIS_HAND_CM = {
-    "hand_jerk": "3.5 ± 2.0", "joint_jerk": "1.9 ± 1.4", "torque_change": "7.3 ± 3.7",
-    "energy": "7.1 ± 4.2", COMPOSITE: "1.2 ± 0.9",
-}  # fmt: skip
-THESIS_JOINTS_DEG = {
-    "hand_jerk": "12.9 ± 8.4", "joint_jerk": "3.9 ± 3.2", "torque_change": "14.6 ± 7.1",
-    "energy": "11.1 ± 5.8", COMPOSITE: "3.4 ± 3.1",
-}  # fmt: skip
-THESIS_ALPHA = {
-    "hand_jerk": "0.31 ± 0.18", "joint_jerk": "0.45 ± 0.14", "torque_change": "0.09 ± 0.12",
-    "energy": "0.15 ± 0.16",
-}  # fmt: skip
-THESIS_EFFECTS = {
-    "hand_jerk": "17.4, 6.8, 2.6", "joint_jerk": "n. s., 3.9, 1.5", "torque_change": "5.3, 10.6, 1.4",
-    "energy": "12.6, 15.0, 4.4", "dynamic": "15.1, 11.7, 3.0",
-}  # fmt: skip
-THESIS_CORRELATION = {"duration": "0.245", "mean speed": "0.694", "peak speed": "0.654"}
-THESIS_BEHAVIOUR = {
-    "duration": "n. s., 18.5, 4.4", "mean speed": "14.3, 107.3, 31.1", "peak speed": "9.5, 87.1, 37.9",
-}  # fmt: skip
+from hri_sim.motor_control.differences import differences
 
 
 def report(content: Mapping[str, Any]) -> str:
@@ -87,10 +68,10 @@ def _errors(content: Mapping[str, Any]) -> list[str]:
     rows = [
         (
             _name(cost),
-            THESIS_HAND_CM[cost],
+            thesis.HAND_CM[cost],
             _spread(found["hand_cm"][cost]),
             _f(found["hand_cm_anova"].get(cost)),
-            THESIS_JOINTS_DEG[cost],
+            thesis.JOINTS_DEG[cost],
             _spread(found["joint_deg"][cost]),
             _f(found["joint_deg_anova"].get(cost)),
         )
@@ -126,9 +107,9 @@ def _contributions(content: Mapping[str, Any]) -> list[str]:
     rows = [
         (
             _name(cost),
-            THESIS_ALPHA.get(cost, "–"),
+            thesis.ALPHA.get(cost, "–"),
             _spread(found[cost]),
-            THESIS_EFFECTS[cost],
+            thesis.EFFECTS[cost],
             _effects(found[cost]["anova"]),
         )
         for cost in (*CHAPTER_2, "dynamic")
@@ -226,16 +207,16 @@ def _components(content: Mapping[str, Any]) -> list[str]:
 def _behaviour(content: Mapping[str, Any]) -> list[str]:
     found = content["chapter_2"]["behaviour"]
     rows = []
-    for name, thesis in THESIS_CORRELATION.items():
+    for name, linked in thesis.CORRELATION.items():
         pooled = found["correlations"][name]["pooled"]
         own = list(found["correlations"][name]["people"].values())
         rows.append(
             (
                 name,
-                thesis,
+                linked,
                 f"{pooled['r']:.2f} ({pooled['low']:.2f} to {pooled['high']:.2f})",
                 f"{min(own):.2f} to {max(own):.2f}",
-                THESIS_BEHAVIOUR[name],
+                thesis.BEHAVIOUR[name],
                 _effects(found["anova"][name]),
             )
         )
@@ -245,29 +226,38 @@ def _behaviour(content: Mapping[str, Any]) -> list[str]:
     )  # fmt: skip
     kinds = list(next(iter(found["ends"].values())))
     ends = [
-        (target, *(_p(found["ends"][target][kind]["p"]) for kind in kinds))
+        (
+            target,
+            *(
+                f"{_p(theirs)}; {_p(found['ends'][target][kind]['p'])}"
+                for kind, theirs in zip(kinds, thesis.ENDS_P[target], strict=True)
+            ),
+        )
         for target in found["ends"]
     ]
+    digits = {"duration_s": 2, "distance_m": 3, "mean_speed": 2, "peak_speed": 2}
     kinematics = [
         (
             target,
-            _spread(row["duration_s"]),
-            _spread(row["distance_m"], 3),
-            _spread(row["mean_speed"]),
-            _spread(row["peak_speed"]),
+            *(
+                f"{theirs}; {_spread(row[name], digits[name])}"
+                for name, theirs in zip(digits, thesis.FROM_FIRST[target], strict=True)
+            ),
         )
         for target, row in found["from_first"].items()
     ]
     return [
         "## How they reach (tables 2.3 and 2.4, figure 2.5)\n",
         markdown(head, rows),
-        "From P1, mean ± standard deviation over people; reaches are cut at 5 % of the peak speed:\n",
+        "From P1, mean ± standard deviation over people, of the thesis (table 2.4); of ours. Reaches are "
+        "cut at 5 % of the peak speed:\n",
         markdown(
             ("target", "duration [s]", "distance [m]", "mean speed [m/s]", "peak speed [m/s]"),
             kinematics,
         ),
-        "Whether the start posture changes where and how reaches end (p of one-way repeated measures; "
-        "simulated people end where they mean to, so p < 0.05 is chance, one in twenty):\n",
+        "Whether the start posture changes where and how reaches end (p of one-way repeated measures, of "
+        "the thesis (table 2.3); of ours. Simulated people end where they mean to, so p < 0.05 is chance "
+        "there, one in twenty; of the thesis' people it does change q2 and q3 for most targets):\n",
         markdown(("target", *kinds), ends),
     ]
 
@@ -287,10 +277,14 @@ def _chapter_3(content: Mapping[str, Any]) -> list[str]:
         for cost in (*CHAPTER_3, COMPOSITE)
     ]
     factors = [effect["source"] for effect in next(iter(found["influences"].values()))]
+    of_thesis = dict(zip(("q1_start", "q2_start", "q3_start", "target"), range(4), strict=True))
     influence = [
         (
             _name(cost),
-            *(f"{e['f']:.1f} ({_p(e['p'])})" for e in effects),
+            *(
+                f"{thesis.INFLUENCES_F[cost][of_thesis[e['source']]]}; {e['f']:.1f} ({_p(e['p'])})"
+                for e in effects
+            ),
         )
         for cost, effects in found["influences"].items()
     ]
@@ -305,8 +299,9 @@ def _chapter_3(content: Mapping[str, Any]) -> list[str]:
         "p of paired tests beside the mix.\n",
         markdown(("cost", "hand [cm]", "p", "joints [deg]", "p", "without T1 [deg]", "p"), rows),
         "![mean errors](motor_control/mean_errors.png)\n",
-        "What weights depend on: F (p) of an analysis of variance of independent tasks. The "
-        "thesis found q1 and q2 at the start, and the target for the dynamic costs alone, never q3.\n",
+        "What weights depend on: F (p) of an analysis of variance of independent tasks, of the thesis "
+        "(table 3.3); of ours. The thesis found q1 and q2 at the start, and the target for the dynamic "
+        "costs alone, never q3.\n",
         markdown(("cost", *map(_name, factors)), influence),
         f"Share of dynamic costs of low targets less that of high ones, from P1: {moved}. "
         "The thesis found people to differ, some considerably.\n",
@@ -322,9 +317,9 @@ def _real(content: Mapping[str, Any]) -> list[str]:
     rows = [
         (
             _name(cost),
-            THESIS_HAND_CM[cost],
+            thesis.HAND_CM[cost],
             _spread(errors["hand_cm"][cost]),
-            THESIS_JOINTS_DEG[cost],
+            thesis.JOINTS_DEG[cost],
             _spread(errors["joint_deg"][cost]),
         )
         for cost in (*CHAPTER_2, COMPOSITE)
@@ -332,7 +327,7 @@ def _real(content: Mapping[str, Any]) -> list[str]:
     weights = [
         (
             _name(cost),
-            THESIS_ALPHA.get(cost, "–"),
+            thesis.ALPHA.get(cost, "–"),
             *(
                 f"{each['mean']:.2f} ({each['low']:.2f} to {each['high']:.2f})"
                 for each in found["by_task"]["weights"][cost].values()
@@ -364,7 +359,5 @@ def _real(content: Mapping[str, Any]) -> list[str]:
         ),
         "![real weights](motor_control/real_weights.png)\n",
         "![real errors](motor_control/real_errors.png)\n",
-        "What differs from the thesis: people sit and reach over a table instead of to a board, with a "
-        "hand instead of a fist; nobody told them not to roll the shoulder; one reach is explained at a "
-        "time, not the mean of three.\n",
+        differences(found),
     ]

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from std_msgs.msg import Header
-
-from hri_prediction.ros.conversions import WORLD, ArmEncoder
-from hri_prediction.ros.messages import HumanArm, IdsList
+from hri_prediction.ros.conversions import ArmEncoder
+from hri_prediction.ros.messages import HumanArm
 from hri_prediction.ros.node import CountedPublisher, HriNode
-from hri_prediction.ros.qos import LATCHED, SENSOR
-from hri_prediction.ros.time import NANO, to_time
+from hri_prediction.ros.qos import SENSOR
+from hri_prediction.ros.time import NANO
+from hri_prediction.ros.tracked import TrackedList
 from hri_sim.people.capture import Capture, CapturedArm
 
 LONGEST_GAP_NS = 60 * NANO
@@ -39,12 +38,10 @@ class CapturedBodies:
         for body_id in ids:
             self._truth[body_id] = node.announce(HumanArm, f"sim/bodies/{body_id}/arm", SENSOR)
             self._tracked[body_id] = node.announce(HumanArm, f"humans/bodies/{body_id}/arm", SENSOR)
-        self._ids = node.announce(IdsList, "humans/bodies/tracked", LATCHED)
         self.skipped = 0
         self._begun = False
         self.restart()
-        header = Header(stamp=to_time(node.now_ns()), frame_id=WORLD)
-        self._ids.publish(IdsList(header=header, ids=list(ids)))
+        self._list = TrackedList(node, ids)
 
     def restart(self) -> None:
         """Begin anew."""
@@ -66,6 +63,7 @@ class CapturedBodies:
             self._node.fault("clock", f"the clock went {way}: the people start again")
             self.restart()
         self._last_ns = max(self._last_ns, now_ns)
+        self._list.say(now_ns)
         if skipped := self._capture.skip(now_ns):
             self.skipped += skipped
             self._node.fault("late", f"{skipped} captures skipped: this node was held up")

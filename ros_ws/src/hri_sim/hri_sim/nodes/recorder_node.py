@@ -28,7 +28,7 @@ from hri_prediction.bags.schemas import message_class
 from hri_prediction.config import parameter, validate
 from hri_prediction.errors import ConfigError, DataError, HriError
 from hri_prediction.ros.node import ERROR, OK, WARN, HriNode
-from hri_prediction.ros.parameters import declare_config
+from hri_prediction.ros.parameters import declare_config, refuse_undeclared
 from hri_sim.nodes.recorded_topic import RecordedTopic, offered_qos
 from hri_sim.recording.condition import Trouble, named, troubles
 from hri_sim.recording.provenance import collect_provenance, custom_data, parse_provenance
@@ -82,7 +82,7 @@ class RecorderNode(HriNode):
     which the middleware received and sent the message.
 
     Raises:
-        ConfigError: no output given, the folder exists, a parameter is out of range.
+        ConfigError: no output given, the folder exists, a parameter is unknown or out of range.
         DataError: the disk is full.
     """
 
@@ -90,6 +90,7 @@ class RecorderNode(HriNode):
         super().__init__("recorder", period_s=0.0, **kwargs)
         self._config = declare_config(self, RecorderNodeConfig)
         writing = declare_config(self, RecorderConfig)
+        refuse_undeclared(self)  # before there is a bag
         if not self._config.output:
             raise ConfigError("parameter output is empty", expected="the bag folder to create")
         sim_time = bool(self.get_parameter("use_sim_time").value)
@@ -349,6 +350,7 @@ def main(args: list[str] | None = None) -> int:
         executor.add_node(node)
         gc.collect()
         gc.freeze()
+        node.take_precedence()
         print(f"{node.get_name()} ready: records all topics to {node.core.folder}", flush=True)
         while rclpy.ok() and not stop.seen and not node.core.must_end:
             executor.spin_once(timeout_sec=0.1)

@@ -8,19 +8,19 @@ from dataclasses import dataclass
 from typing import Any
 
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
-from std_msgs.msg import Header
 
 from hri_prediction.bags.cdr import with_stamp
 from hri_prediction.bags.metadata import OfferedQos
 from hri_prediction.bags.schemas import message_class
 from hri_prediction.config import parameter, validate
 from hri_prediction.errors import ConfigError
-from hri_prediction.ros.conversions import WORLD, message_from_sample
-from hri_prediction.ros.messages import Cue, HumanArm, IdsList
+from hri_prediction.ros.conversions import message_from_sample
+from hri_prediction.ros.messages import Cue, HumanArm
 from hri_prediction.ros.node import OK, CountedPublisher, HriNode, run_node
 from hri_prediction.ros.parameters import declare_config
-from hri_prediction.ros.qos import LATCHED, SENSOR, reliable
-from hri_prediction.ros.time import NANO, seconds_to_ns, to_ns, to_time
+from hri_prediction.ros.qos import SENSOR, reliable
+from hri_prediction.ros.time import NANO, seconds_to_ns, to_ns
+from hri_prediction.ros.tracked import TrackedList
 from hri_prediction.tracks.placement import Placement
 from hri_prediction.tracks.track import ArmSample
 from hri_sim.recording.playback import Player, Scheduled, ScheduledArm, load_playback
@@ -118,9 +118,7 @@ class ReplayerNode(HriNode):
         self._played = False
         self._last_ns = 0
         self._topics = {name: self._publisher(name) for name in self.playback.types}
-        self._ids = self.announce(IdsList, "humans/bodies/tracked", LATCHED)
-        header = Header(stamp=to_time(self.now_ns()), frame_id=WORLD)
-        self._ids.publish(IdsList(header=header, ids=list(self.playback.bodies)))
+        self._list = TrackedList(self, self.playback.bodies)
         if config.start == "cue":
             self.listen(Cue, "sim/cue", self._on_cue, reliable(10))
 
@@ -153,6 +151,7 @@ class ReplayerNode(HriNode):
             self._begun, self._next_hold_ns = False, 0
             self.player.stop()
         self._last_ns = now_ns
+        self._list.say(now_ns)
         if not self._begun and self._config.start == "now" and now_ns > 0:
             self._begun = True
             start_ns = now_ns + seconds_to_ns(self._config.start_delay)

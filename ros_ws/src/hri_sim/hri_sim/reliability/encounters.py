@@ -65,8 +65,8 @@ CASES = (
     ),
     Case(
         PREDICTED,
-        "arms where the predictor expects them, three standard deviations farther, and at least as fast "
-        "as seen; it has learnt nobody's tasks",
+        "arms where the predictor expects them, three standard deviations farther, with 7 m/s² on top, and "
+        "at least as fast as seen; it has learnt nobody's tasks",
         Settings(distance=ProtectiveDistanceConfig(human=PREDICTED, sample_noise=_NOISE_M)),
         0.1,
         True,
@@ -161,7 +161,8 @@ def lines(found: Mapping[str, Any]) -> list[str]:
         "swinging arms; who is *reaching* stands at the table and puts a hand where the tool was, and "
         "back; who is *chasing* goes for the nearest point of the robot at once and all the time, at up "
         "to 2 m/s. Motion capture sees both arms with 3 mm of noise (cut at 10 mm), 4 to 20 ms late, "
-        "stamped up to 5 ms too late, with gaps of up to 60 ms; commands take 2 to 8 ms; physics, torque "
+        "stamped up to 5 ms too late, with gaps of up to 60 ms; commands take 2 to 8 ms; every other "
+        "monitor is killed on the way, or hangs for 20 ms to half a second; physics, torque "
         "control, controller and stop chain are those of the simulator. To repeat: "
         "`scripts/reproduce_reliability.py --only encounters`.\n",
         "| monitor | what it is |\n| --- | --- |",

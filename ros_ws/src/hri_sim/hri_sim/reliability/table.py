@@ -12,11 +12,13 @@ from hri_sim.reliability.fault import FILES, LOCKSTEP, PROCESSES, Figure, Result
 COMMAND = "scripts/reproduce_reliability.py --only"
 KINDS = {
     LOCKSTEP: "**lock-step**: all nodes in one process, in simulated time; times count from the step "
-    "before the fault, in steps of 4 ms, and computing takes none",
+    "before the fault, in steps of 4 ms, and computing takes none. What moves the "
+    "robot (planner or policy), and the separation monitor beside it, if any, change with the seed in most "
+    "lines",
     PROCESSES: "**processes**: as users run them, on this machine's clock; times count from just before "
     "the signal is sent, joint states by their stamps, words by when they are heard. Steps and touches "
-    "count until all nodes are well again; each repetition begins with a robot that sets out, so the one "
-    "before went on",
+    "count until all nodes are well again, which is when all say at once that nothing is wrong now; each "
+    "repetition begins with a robot that sets out, so the one before went on",
     FILES: "**files**: no graph",
 }
 

@@ -14,8 +14,9 @@ from hri_prediction.compiled import processor
 from hri_prediction.results.dependencies import dependency_hash
 from hri_sim.benchmark.workers import do_all, versions
 from hri_sim.scenario.shipped import load_shipped
-from hri_sim.separation.encounter import COMMAND_TIMEOUT_S, KINDS, Encounter, Meeting, Settings
+from hri_sim.separation.encounter import KINDS, Encounter, Meeting, Settings
 from hri_sim.simulator.simulation import Simulation, SimulatorConfig
+from hri_sim.simulator.stopchain import COMMAND_TIMEOUT_S, HEARTBEAT_TIMEOUT_S
 
 CHUNK = 50
 """Encounters that are done and kept together."""
@@ -53,7 +54,9 @@ class Chunk:
 @functools.cache
 def _simulation() -> Simulation:
     empty = load_shipped("table_reach").model_copy(update={"persons": (), "reaches": ()})
-    config = SimulatorConfig(command_timeout=COMMAND_TIMEOUT_S)
+    config = SimulatorConfig(
+        command_timeout=COMMAND_TIMEOUT_S, heartbeat_timeout=HEARTBEAT_TIMEOUT_S
+    )
     return Simulation(empty, contacts=False, config=config)
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +21,7 @@ from hri_planner.separation.config import (
 from hri_planner.separation.monitor import SeparationMonitor, State
 from hri_planner.separation.parts import SeenArm
 from hri_planner.separation.robot_state import RobotState
+from hri_planner.separation.timely import MOST_HELD_S, is_timely
 from hri_planner.separation.track import ArmWatch
 from hri_prediction.arm.geometry import SIDES, arm_capsules
 from hri_prediction.errors import DataError
@@ -35,7 +38,6 @@ PERIOD_S = 0.004
 """Of capture and joint states [s]."""
 DECIDING = 2
 """Of so many of them the monitor decides once."""
-COMMAND_TIMEOUT_S = 0.1
 REST_M_S = 0.01
 """A robot of which no point is faster is at rest [m/s]."""
 LONGEST_S = 3.0
@@ -60,7 +62,7 @@ class Capture:
         noise: Standard deviation of each coordinate [m].
         most: Longest error of a place; longer ones are cut [m].
         delay: From capture to the monitor, shortest and longest [s].
-        stamps: Stamps may be later than the capture by so much, the same in all of an encounter [s].
+        stamps: Stamps, those of joints too, may be late by so much, the same in all of an encounter [s].
         gaps: Mean time between gaps [s]; a gap takes up to 60 ms.
     """
 
@@ -109,6 +111,7 @@ class Meeting:
         stops: How often the robot was stopped.
         stopped_s: How long it was at a stop [s].
         slowed_s: How long it was slowed [s].
+        silent_s: How long the monitor said nothing [s].
         duration_s: Of the encounter [s].
     """
 
@@ -122,6 +125,7 @@ class Meeting:
     stops: int
     stopped_s: float
     slowed_s: float
+    silent_s: float
     duration_s: float
 
     @property
@@ -152,6 +156,36 @@ def draw_visit(
         bend = rng.uniform(0.0, LEANS[1] - figure.lean)
         return visitor, Reaching(hand, rng.uniform(0.4, 1.2), rng.uniform(0.0, 0.5), aside, bend)
     return visitor, Chasing(hand, rng.uniform(0.0, 1.0))
+
+
+class Silence(NamedTuple):
+    """When the monitor says nothing.
+
+    Attributes:
+        begin_ns: From when on [ns].
+        end_ns: Until when [ns]; where that is the same, never.
+        deciding: Whether it hangs between reading the time and saying what it decided.
+    """
+
+    begin_ns: int = 0
+    end_ns: int = 0
+    deciding: bool = False
+
+
+def _draw_silence(rng: np.random.Generator) -> Silence:
+    """Every other monitor is killed, or hangs for a while: between two decisions or within one."""
+    if rng.integers(2):
+        return Silence()
+    begin = rng.uniform(0.2, 2.0)
+    deciding = False
+    if rng.integers(2):
+        seconds = LONGEST_S
+    elif rng.integers(2):
+        seconds = rng.uniform(0.02, 0.5)
+    else:
+        # As long as what was said before is still good for most of it: what comes after that is worst.
+        deciding, seconds = True, rng.uniform(0.01, 0.1)
+    return Silence(round(begin * 1e9), round((begin + seconds) * 1e9), deciding)
 
 
 class Encounter:
@@ -187,6 +221,7 @@ class Encounter:
         self._gap_until_ns = 0
         self._commands: deque[tuple[int, float]] = deque()
         self._joints: RobotState | None = None
+        self._silence = _draw_silence(rng)
 
     def run(self) -> Meeting:
         """Until time is up."""
@@ -195,7 +230,7 @@ class Encounter:
         steps = round(PERIOD_S * 1e3)
         closest = closest_moving = np.inf
         touch, approach = 0.0, -np.inf
-        stops, stopped, slowed = 0, 0, 0
+        stops, stopped, slowed, silent = 0, 0, 0, 0
         before = State.STOPPED
         gap, over = np.inf, 0
         ended = 0
@@ -205,7 +240,9 @@ class Encounter:
             now_ns = simulation.time_ns
             self._move_person(now_ns)
             self._capture(now_ns)
-            if settings.monitored and tick % DECIDING == 0:
+            hangs = settings.monitored and self._silence.begin_ns <= now_ns < self._silence.end_ns
+            silent += hangs
+            if settings.monitored and tick % DECIDING == 0 and (not hangs or self._begins(now_ns)):
                 state = self._monitor_tick(now_ns)
             self._measure_joints()
             stops += state == State.STOPPED and before != State.STOPPED
@@ -241,6 +278,7 @@ class Encounter:
             stops,
             stopped * PERIOD_S,
             slowed * PERIOD_S,
+            silent * PERIOD_S,
             ended * PERIOD_S,
         )
 
@@ -262,6 +300,11 @@ class Encounter:
         stamp_ns = now_ns + self._stamps_ns
         self._samples.append((arrives, stamp_ns, self._visitor.shape.arms + error))
 
+    def _begins(self, now_ns: int) -> bool:
+        """Whether the monitor begins to hang in the tick of now, in the middle of deciding."""
+        since_ns = now_ns - self._silence.begin_ns
+        return self._silence.deciding and since_ns < round(DECIDING * PERIOD_S * 1e9)
+
     def _monitor_tick(self, now_ns: int) -> State:
         while self._samples and self._samples[0][0] <= now_ns:
             _, stamp_ns, arms = self._samples.popleft()
@@ -280,18 +323,23 @@ class Encounter:
             seen += watch.at(now_ns)
         said = {} if self._forecasts is None else self._forecasts.at(now_ns)
         verdict = self._monitor.decide(now_ns, self._joints, {VISITOR: seen}, said, trouble=trouble)
-        # What is commanded now gets there within 8 ms.
-        arrives = now_ns + int(self._rng.integers(2, 9)) * _MILLI
-        self._commands.append((arrives, verdict.scale))
+        held_s = self._rng.uniform(0.0, MOST_HELD_S)
+        if self._silence.begin_ns <= now_ns < self._silence.end_ns:
+            held_s = (self._silence.end_ns - now_ns) * 1e-9
+        if is_timely(verdict.scale, held_s):
+            # What is said gets there within 8 ms.
+            arrives = now_ns + round(held_s * 1e9) + int(self._rng.integers(2, 9)) * _MILLI
+            self._commands.append((arrives, verdict.scale))
         return verdict.state
 
     def _measure_joints(self) -> None:
-        """What the joints are now is known a period later."""
+        """What the joints are now is known a period later, with a stamp as wrong as those of people."""
         simulation = self._simulation
+        age_s = max(PERIOD_S - self._stamps_ns * 1e-9, 0.0)
         controller = simulation.controller
         rate = controller.scale if controller.active else 0.0
         self._joints = RobotState.following(
-            simulation.q.copy(), simulation.qd.copy(), PERIOD_S, rate, controller.qd_ref
+            simulation.q.copy(), simulation.qd.copy(), age_s, rate, controller.qd_ref
         )
 
     def _deliver(self, now_ns: int) -> None:
@@ -334,18 +382,13 @@ class Encounter:
         The latter is what its own motion takes from the distance.
         """
         q, qd = self._simulation.q, self._simulation.qd
-        ahead_q = q + _LOOK_AHEAD_S * qd
+        points = self._robot.frames(np.array((q, q + _LOOK_AHEAD_S * qd)))
+        robots = np.stack((points[:, :-1], points[:, 1:]), axis=-2).reshape(-1, 2, 3)
         shape, figure = self._visitor.shape, self._visitor.figure
         axes = np.concatenate((arm_capsules(shape.arms).reshape(6, 2, 3), shape.body))
         radii = np.concatenate((figure.arm_radii, figure.arm_radii, shape.radii))
-        gap, gap_ahead = (
-            float(
-                capsule_distances(
-                    self._robot.robot_capsules(at), self._robot.capsule_radii, axes, radii
-                ).min()
-            )
-            for at in (q, ahead_q)
-        )
-        ahead = self._robot.frames(ahead_q) - self._robot.frames(q)
-        speed = float(np.linalg.norm(ahead, axis=-1).max()) / _LOOK_AHEAD_S
+        gaps = capsule_distances(robots, np.tile(self._robot.capsule_radii, 2), axes, radii)
+        gap, gap_ahead = gaps.reshape(2, -1).min(axis=1).tolist()
+        ahead = points[1] - points[0]
+        speed = math.sqrt((ahead * ahead).sum(axis=-1).max()) / _LOOK_AHEAD_S
         return gap, speed, (gap - gap_ahead) / _LOOK_AHEAD_S

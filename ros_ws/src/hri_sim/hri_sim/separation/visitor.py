@@ -6,6 +6,7 @@ none of trunk and head, goes farther than its speed allows.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -127,6 +128,20 @@ class Visitor:
         lengths = (figure.upper_arm, figure.forearm, figure.hand)
         self._model = ArmModel("right", (0.0, 0.0, 0.0), *lengths)
         self._reach = self._model.reach
+        half = 0.5 * figure.shoulder_breadth
+        inner = max(half - figure.trunk_radius, 0.0)
+        # Of an upright person, from the middle of the shoulders: axes of the trunk and of the head.
+        axes = [
+            [[0.0, aside, 0.0], [0.0, aside, -figure.trunk_length]]
+            for aside in (-inner, 0.0, inner)
+        ]
+        head = (figure.head[0], 0.0, figure.head[1])
+        self._body = np.array([*axes, [head, head]])
+        self._radii = np.array([*([figure.trunk_radius] * 3), figure.head_radius])
+        self._shoulders = np.array([[half], [-half]])
+        # The trunk that leans aside, before it leans forwards.
+        ca, sa = np.cos(figure.aside), np.sin(figure.aside)
+        self._aside = np.array([[1.0, 0.0, 0.0], [0.0, ca, -sa], [0.0, sa, ca]])
         # Aside, for right below the shoulder the elbow would turn over at once.
         left, right = (np.array([0.1, aside, -0.85 * self._reach[1]]) for aside in (0.18, -0.18))
         self._state = np.concatenate((place, (yaw, figure.lean), left, right))
@@ -169,11 +184,11 @@ class Visitor:
         share = 1.0
         for _ in range(_CUTS):
             state = self._state + share * wanted
-            state[3] = np.clip(state[3], *LEANS)
+            state[3] = min(max(state[3], LEANS[0]), LEANS[1])
             state[4:] = self._within_reach(state[4:].reshape(2, 3)).ravel()
             shape = self._pose(state)
-            arms = np.linalg.norm(shape.arms - self.shape.arms, axis=-1).max()
-            body = np.linalg.norm(shape.body - self.shape.body, axis=-1).max()
+            arms = _farthest(shape.arms, self.shape.arms)
+            body = _farthest(shape.body, self.shape.body)
             if arms <= self._arm_speed * dt and body <= self._body_speed * dt:
                 self._state, self.shape = state, shape
                 return True
@@ -186,33 +201,31 @@ class Visitor:
 
     def _within_reach(self, hands: FloatArray) -> FloatArray:
         low, high = self._reach
-        distance = np.linalg.norm(hands, axis=1, keepdims=True)
-        return hands * np.clip(distance, 1.02 * low, 0.98 * high) / np.maximum(distance, 1e-9)
+        distance = np.sqrt((hands * hands).sum(axis=1, keepdims=True))
+        allowed = np.minimum(np.maximum(distance, 1.02 * low), 0.98 * high)
+        return hands * allowed / np.maximum(distance, 1e-9)
 
     def _pose(self, state: FloatArray) -> Shape:
-        figure, lean = self.figure, state[3]
         turn = _turned(float(state[2]))
-        middle = np.array([state[0], state[1], FLOOR_M + figure.shoulder_height])
+        middle = np.array([state[0], state[1], FLOOR_M + self.figure.shoulder_height])
         # Axes of the trunk: forward, left, up.
-        (c, s), (ca, sa) = ((np.cos(angle), np.sin(angle)) for angle in (lean, figure.aside))
-        forwards = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
-        trunk = np.array([[1.0, 0.0, 0.0], [0.0, ca, -sa], [0.0, sa, ca]]) @ forwards
-        half = 0.5 * figure.shoulder_breadth
+        c, s = math.cos(state[3]), math.sin(state[3])
+        trunk = self._aside @ np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
         # The arm model looks along -x, with the right arm on the side of +y.
         hands = state[4:].reshape(2, 3) * _TO_MODEL
         points = self._model.posture(hands, _SWIVEL) * _TO_MODEL[:, None]
-        points += (np.array([[half], [-half]]) * trunk[:, 1])[:, None]
+        points += (self._shoulders * trunk[:, 1])[:, None]
         arms = middle + points @ turn.T
-        inner = max(half - figure.trunk_radius, 0.0)
-        axes = []
-        for aside in (-inner, 0.0, inner):
-            axes.append(np.array([[0.0, aside, 0.0], [0.0, aside, -figure.trunk_length]]))
-        axes.append(np.tile((figure.head[0], 0.0, figure.head[1]), (2, 1)))
-        body = middle + np.array(axes) @ trunk.T @ turn.T
-        radii = np.array([*([figure.trunk_radius] * 3), figure.head_radius])
-        return Shape(arms, body, radii)
+        body = middle + self._body @ trunk.T @ turn.T
+        return Shape(arms, body, self._radii)
+
+
+def _farthest(places: FloatArray, before: FloatArray) -> float:
+    """How far the point (..., 3) went that went farthest [m]."""
+    way = places - before
+    return math.sqrt((way * way).sum(axis=-1).max())
 
 
 def _turned(yaw: float) -> FloatArray:
-    c, s = np.cos(yaw), np.sin(yaw)
+    c, s = math.cos(yaw), math.sin(yaw)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

@@ -10,8 +10,9 @@ is, is joined later by a blend instead of a step; speed limits slow the path ins
 positions outside the limits are refused; a stop is a ramp along the path. A robot that is slowed, or
 was a moment ago, meets a trajectory where it is, whatever that took on its way (up to ``max_lateness``). A
 trajectory that comes too late is not made up for but refused, and the motion before goes on: when its
-first point is long past (``max_lateness``), or it is past, or was timed for another speed than that to
-which the robot has been slowed, and the robot is elsewhere (``handover_tolerance``).
+first point is long past (``max_lateness``), or it is past and the robot is elsewhere
+(``handover_tolerance``), or it was timed for another speed than that to which the robot is, or was a
+moment ago, slowed, and the robot is elsewhere (``slowed_tolerance``).
 """
 
 from __future__ import annotations
@@ -87,9 +88,16 @@ class ControllerConfig(StopChainConfig):
         0.02, "Oldest first point that is still joined; later ones are refused", unit="s", low=0.0
     )
     handover_tolerance: float = parameter(
+        0.001,
+        "How far off the present motion a trajectory may be that began in the past; one that is farther "
+        "is refused",
+        unit="rad",
+        low=0.0,
+        high=3.2,
+    )
+    slowed_tolerance: float = parameter(
         0.002,
-        "How far off the present motion a trajectory may be that began in the past, or comes while "
-        "the motion is slowed; one that is farther is refused",
+        "The same while the motion is slowed, or was a moment ago: then nobody can time one well",
         unit="rad",
         low=0.0,
         high=3.2,
@@ -298,17 +306,18 @@ class TrajectoryController:
             )
         late_s = now - first
         slowed = self._clock[1] < _FULL
-        lately = self._now_ns - self._slowed_ns <= _TIMED_NS
+        lately = slowed or self._now_ns - self._slowed_ns <= _TIMED_NS
         if self._path is not None and lately and not self._standing:
             now = self._met(path, now)
         jump = self._step_to(path, max(first, now), max(first - now, 0.0))
         untimely = late_s > 0.0 or slowed
-        if self._path is not None and untimely and jump[0] > self.config.handover_tolerance:
+        tolerance = self.config.slowed_tolerance if lately else self.config.handover_tolerance
+        if self._path is not None and untimely and jump[0] > tolerance:
             self.late_refusals += 1
             when = f"began {late_s:.3f} s ago" if late_s > 0.0 else "comes while slowed"
             raise DataError(
                 f"trajectory {when}, {jump[0]:.4f} rad off the present motion",
-                expected=f"at most {self.config.handover_tolerance} rad off",
+                expected=f"at most {tolerance} rad off",
             )
         old = self._path_state.copy()  # the path's own velocity, not the scaled one
         if self._standing:

@@ -1,19 +1,28 @@
 """The stop chain: from a missing command to a robot at rest, and back.
 
 The robot's speed is scaled by a factor 0...1 that a separation monitor (or, without one, the
-planner) sends as a heartbeat. When the heartbeat is older than ``command_timeout`` during a motion,
-or the new plan that the motion needs does not come, the factor ramps to 0: the robot stops on its
-path.
+planner) sends as a heartbeat. When the heartbeat is older than ``heartbeat_timeout`` during a motion,
+or the new plan that the motion needs does not come within ``command_timeout``, the factor ramps to 0:
+the robot stops on its path.
+
+Should two nodes send the factor, the least counts: a second one that says 1 must not take from a monitor
+what it says. Nobody can tell them apart by their messages, so the least of a ``heartbeat_timeout`` counts,
+where one is set.
 """
 
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass
 
 from hri_prediction.config import parameter, validate
 from hri_prediction.errors import DataError
 
+COMMAND_TIMEOUT_S = 0.1
+"""``command_timeout`` of launched runs [s]."""
+HEARTBEAT_TIMEOUT_S = 0.032
+"""``heartbeat_timeout`` of launched runs with a separation monitor [s]: four of its ticks."""
 NO_HEARTBEAT = "heartbeat of the speed scale is missing"
 """Why the chain stops when nobody sends the speed scale."""
 
@@ -25,6 +34,14 @@ class StopChainConfig:
     command_timeout: float = parameter(
         0.0,
         "Age of heartbeat or needed plan that stops a motion; 0: plain controller, never",
+        unit="s",
+        low=0.0,
+        high=10.0,
+    )
+    heartbeat_timeout: float = parameter(
+        0.0,
+        "Age of the heartbeat that stops a motion, where command_timeout is not 0; 0: the same. The least "
+        "scale within it counts. Beside a separation monitor its reaction_time is to cover it",
         unit="s",
         low=0.0,
         high=10.0,
@@ -51,14 +68,19 @@ class StopChain:
 
     def __init__(self, config: StopChainConfig | None = None) -> None:
         self._config = config or StopChainConfig()
-        self._timeout_ns = round(self._config.command_timeout * 1e9)
+        config = self._config
+        self._timeout_ns = round(config.command_timeout * 1e9)
+        self._heartbeat_timeout_ns = round(
+            (config.heartbeat_timeout or config.command_timeout) * 1e9
+        )
+        self._window_ns = round(config.heartbeat_timeout * 1e9)
         self.reset()
 
     def reset(self) -> None:
         """Forget all commands: full speed asked for, no heartbeat heard."""
         self.scale = 0.0 if self._timeout_ns else 1.0
         self.reason = ""
-        self._commanded = 1.0
+        self._said: deque[tuple[int, float]] = deque([(0, 1.0)])
         self._heartbeat_ns: int | None = None
         self._plan_ns: int | None = None
         self._halt = False
@@ -80,7 +102,10 @@ class StopChain:
         """
         if not (math.isfinite(scale) and 0.0 <= scale <= 1.0):
             raise DataError(f"speed scale {scale}", expected="a number from 0 to 1")
-        self._commanded = float(scale)
+        # Ascending: what was said before and is not less will never be the least again.
+        while self._said and (self._said[-1][1] >= scale or self._said[-1][0] > now_ns):
+            self._said.pop()
+        self._said.append((now_ns, float(scale)))
         self._heartbeat_ns = now_ns
 
     def plan_received(self, now_ns: int, *, needs_replan: bool) -> None:
@@ -122,13 +147,21 @@ class StopChain:
         if self._halt:
             self.reason = "stop was asked for"
         elif self._timeout_ns and (
-            self._heartbeat_ns is None or now_ns - self._heartbeat_ns > self._timeout_ns
+            self._heartbeat_ns is None or now_ns - self._heartbeat_ns > self._heartbeat_timeout_ns
         ):
             self.reason = NO_HEARTBEAT
         elif self._timeout_ns and (
             self._plan_ns is not None and now_ns - self._plan_ns > self._timeout_ns
         ):
             self.reason = "the new plan that the motion needs is missing"
-        elif self._commanded == 0.0:
+        elif (asked := self._least(now_ns)) == 0.0:
             self.reason = "speed scale is 0"
-        return 0.0 if self.reason else self._commanded
+        else:
+            return asked
+        return 0.0
+
+    def _least(self, now_ns: int) -> float:
+        """The least scale that was said within the heartbeat's timeout, and the last one in any case."""
+        while len(self._said) > 1 and now_ns - self._said[0][0] >= self._window_ns:
+            self._said.popleft()
+        return self._said[0][1]

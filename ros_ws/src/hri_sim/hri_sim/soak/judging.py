@@ -15,6 +15,7 @@ from hri_sim.soak.faults import CANCEL, GROUPS, KILL, PAUSE, UNREACHABLE
 from hri_sim.soak.growth import Growth, latency_growth, memory_growth
 from hri_sim.soak.load import MOST_SHARE, grown, load_of
 from hri_sim.soak.log import DEATH, END, FAULT, REACH, SAMPLE, SoakRecord
+from hri_sim.soak.lost import Lost, lost_messages
 
 FloatArray = NDArray[np.float64]
 
@@ -271,6 +272,7 @@ def bars(
     found.append(_none_bar("messages with numbers that are not finite", end["not_finite"]))
     found.append(_none_bar("processes left behind", len(end["orphans"])))
     found.append(_none_bar("files of shared memory left behind", len(end["shared_left"])))
+    found.append(_lost_bar(lost_messages(samples, faults)))
     whole = sum(not bag["error"] for bag in end["bags"])
     found.append(_all_bar("bags can be read from begin to end", whole, len(end["bags"])))
     if end["broken"]:
@@ -357,6 +359,16 @@ def _all_bar(what: str, count: int, of: int) -> Bar:
     if not of:
         return Bar(what, "none came", "all", None, ONE)
     return Bar(what, f"{count} of {of}", "all", count == of)
+
+
+def _lost_bar(lost: Lost | None) -> Bar:
+    what = "messages that the recorder lost while it ran"
+    if lost is None:
+        return Bar(what, "no recorder", "0", None, "a bag")
+    measured = str(lost.running)
+    if lost.standing:
+        measured += f"; {lost.standing} while it stood still"
+    return Bar(what, measured, "0", lost.running == 0)
 
 
 def _none_bar(what: str, count: int) -> Bar:

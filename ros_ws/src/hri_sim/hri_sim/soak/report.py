@@ -93,8 +93,8 @@ MEMORY_HEAD = (
     "process", "lived [min]", "first [MB]", "last [MB]", "growth", "threads", "files", "cores",
 )  # fmt: skip
 FAULT_HEAD = (
-    "fault", "node", "count", "at rest", "within [ms]", "named [ms]", "ready [s]", "reached",
-    "within [s]", "right",
+    "fault", "node", "count", "at rest", "in [ms]", "named [ms]", "ready [s]", "reached",
+    "in [s]", "right",
 )  # fmt: skip
 CONTACT_HEAD = (
     "at [min]", "for [s]", "robot's speed towards the person [m/s]", "robot", "person",

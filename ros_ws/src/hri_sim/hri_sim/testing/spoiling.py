@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 from std_msgs.msg import Header
 
-from hri_prediction.ros.messages import HumanArm, IdsList
+from hri_prediction.ros.messages import HumanArm
 from hri_prediction.ros.node import HriNode
-from hri_prediction.ros.qos import LATCHED, SENSOR
+from hri_prediction.ros.qos import SENSOR
 from hri_prediction.ros.time import NANO, to_ns, to_time
+from hri_prediction.ros.tracked import TrackedList
 
 RAW = "raw/arm"
 ARM = "humans/bodies/person1/arm"
@@ -139,16 +140,15 @@ class Bystander(HriNode):
     def __init__(self, keypoints: np.ndarray, **kwargs: Any) -> None:
         super().__init__("bystander", period_s=0.004, **kwargs)
         self._keypoints = keypoints
-        self._ids = self.announce(IdsList, "humans/bodies/tracked", LATCHED)
         self._arm = self.announce(HumanArm, "humans/bodies/bystander/arm", SENSOR)
-        self._said = False
+        self._list: TrackedList | None = None
 
     def on_tick(self, now_ns: int) -> None:
         """Say where the arm is."""
         header = Header(stamp=to_time(now_ns), frame_id="world")
-        if not self._said:
-            self._said = True
-            self._ids.publish(IdsList(header=header, ids=["person1", "bystander"]))
+        if self._list is None:
+            self._list = TrackedList(self, ["person1", "bystander"])
+        self._list.say(now_ns)
         self._arm.publish(
             HumanArm(
                 header=header,
@@ -158,3 +158,29 @@ class Bystander(HriNode):
                 valid=[True] * 4,
             )
         )
+
+
+class EmptyRoom(HriNode):
+    """A source that says that nobody is there, or who else is, from when it is told to.
+
+    Attributes:
+        says_so: Whether it is told to.
+        ids: Of the bodies that it lists from its next tick on.
+    """
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__("empty_room", period_s=0.02, **kwargs)
+        self.says_so = False
+        self.ids: list[str] = []
+        self._said: list[str] = []
+        self._list: TrackedList | None = None
+
+    def on_tick(self, now_ns: int) -> None:
+        """Say so."""
+        if self.says_so and self._list is None:
+            self._list = TrackedList(self, self._said)
+        if self._list is not None:
+            if self.ids != self._said:
+                self._list.change(self.ids)
+                self._said = list(self.ids)
+            self._list.say(now_ns)

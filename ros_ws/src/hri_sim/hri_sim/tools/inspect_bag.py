@@ -21,10 +21,12 @@ from hri_prediction.errors import HriError
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="inspect_bag.py",
-        description="Show what a bag holds: topics, rates, gaps, latencies, provenance. Also reads "
-        "bags whose recorder was killed, and makes proper bags of them.",
-        epilog="Exit codes: 0 the bag is whole, 1 it cannot be read, 2 wrong arguments, "
-        "3 it can be read but was not closed (not with --salvage).",
+        description="Show what a bag holds: topics, rates, gaps, latencies, provenance. Of bags whose "
+        "recorder was killed, and of damaged ones, also what is missing; --salvage makes proper bags of "
+        "them.",
+        epilog="Exit codes: 0 the bag was closed in order and can be read, or was salvaged; 1 there is no "
+        "bag, or no message of it can be read; 2 wrong arguments; 3 it was not closed, or is damaged, and "
+        "--salvage recovers messages of it.",
     )
     parser.add_argument("bag", help="bag folder, or an .mcap file")
     parser.add_argument("--salvage", metavar="OUT", help="recover all whole messages to a new bag")
@@ -59,6 +61,10 @@ def show(report: BagReport, console: Console) -> None:
     """Print a report for people."""
     start = datetime.fromtimestamp(report.start_ns * 1e-9, tz=UTC)
     state = "closed in order" if report.closed else "[bold red]NOT CLOSED[/]"
+    if report.damage:
+        state += ", [bold red]DAMAGED[/]"
+    if source := report.custom_data.get("salvaged_from"):
+        state += f", salvaged from {escape(source)}"
     console.print(f"[bold]{escape(report.path)}[/]: {state}", highlight=False, soft_wrap=True)
     facts = {
         "files": ", ".join(f"{name} ({size / 1e6:.2f} MB)" for name, size in report.files.items()),
@@ -105,22 +111,14 @@ def show(report: BagReport, console: Console) -> None:
             console.print()
             console.print(table)
     for warning in report.warnings:
-        console.print(f"[bold yellow]warning[/] {escape(warning)}", highlight=False)
+        # Unbroken: some have a command to copy.
+        console.print(f"[bold yellow]warning[/] {escape(warning)}", highlight=False, soft_wrap=True)
 
 
 def _salvaged(report: SalvageReport) -> str:
-    parts = [f"{report.metadata.message_count:,} messages of {len(report.metadata.topics)} topics"]
-    if report.partial_messages:
-        parts.append(
-            f"{report.partial_messages} of them from a chunk that is cut, so no checksum covers them"
-        )
-    if report.damaged_chunks:
-        parts.append(f"{report.damaged_chunks} damaged chunks passed over")
-    if report.broken:
-        parts.append(f"{report.broken} damaged places between chunks passed over")
-    if report.unread_bytes:
-        parts.append(f"{report.unread_bytes} bytes at the end are no whole record")
-    return f"salvaged to {report.folder}: " + ", ".join(parts)
+    count, topics = report.metadata.message_count, len(report.metadata.topics)
+    done = f"salvaged to {report.folder}: {count:,} messages of {topics} topics"
+    return "\n".join((done, *report.missing))
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -129,6 +127,7 @@ def main(argv: list[str] | None = None) -> int:
     console = Console()
     known = console.is_terminal or "COLUMNS" in os.environ
     console.width = min(console.width, _WIDTH) if known else _WIDTH
+    salvaged = None
     try:
         if options.salvage:
             salvaged = salvage(options.bag, options.salvage)
@@ -136,7 +135,7 @@ def main(argv: list[str] | None = None) -> int:
             if not options.json:
                 console.print(escape(_salvaged(salvaged)), highlight=False, soft_wrap=True)
         else:
-            report = inspect_bag(options.bag)
+            report = inspect_bag(options.bag, allow_damaged=True)
     except HriError as error:
         print(f"inspect_bag.py: {error}", file=sys.stderr)
         return 1
@@ -144,7 +143,10 @@ def main(argv: list[str] | None = None) -> int:
         print(json.dumps(report.to_mapping(), indent=2))
     else:
         show(report, console)
-    return 0 if report.closed else 3
+    broken = bool(salvaged.missing) if salvaged else bool(report.damage) or not report.closed
+    if broken and not report.messages:
+        return 1
+    return 3 if broken and not salvaged else 0
 
 
 if __name__ == "__main__":

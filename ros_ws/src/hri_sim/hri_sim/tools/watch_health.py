@@ -24,6 +24,7 @@ from rich.live import Live
 from rich.text import Text
 
 from hri_sim.health.figures import NodeStatus
+from hri_sim.health.processes import stopped_nodes
 from hri_sim.health.screen import STATES, screen, to_mapping
 from hri_sim.health.watch import Row, Watch, all_gone, exit_code
 from hri_sim.tools.discovery import discovery, domain
@@ -34,14 +35,15 @@ ONCE_S = 5.0
 """How long ``--once`` listens: nodes speak each second, and rates take two of these [s]."""
 _LOOK_S = 1.0
 _REFRESH_S = 0.5
-_WIDTH = 110
+_WIDTH = 160
 """Columns where the output is no terminal."""
 _WIDEST = 160
 
 _HELP = """Show how every node does: state, timing, late inputs, losses, and what to do about it.
 
 Green: OK. Yellow: WARN. Red: ERROR. Magenta: STALE, it has said nothing for 2 s or is gone. A table that is
-drawn anew on a terminal, plain text each second elsewhere.
+drawn anew on a terminal, plain text each second elsewhere. Nodes of this machine that a signal has stopped
+have a row, also when the graph has forgotten them.
 
 \b
   tick      what ticks take, median and 99th percentile, and their period
@@ -97,6 +99,7 @@ class _Ear:
         self._watch.look(self._publishers("/diagnostics"), time.monotonic())
         topics = self._watch.sole_topics
         self._watch.look_at_sources({topic: self._publishers(topic) for topic in topics})
+        self._watch.look_at_processes(stopped_nodes(os.environ))
 
     def _publishers(self, topic: str) -> list[str]:
         """Full names of the nodes that publish a topic, one a publisher."""

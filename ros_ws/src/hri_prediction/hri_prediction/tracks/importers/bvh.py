@@ -108,7 +108,8 @@ def parse_hierarchy(text: str) -> list[Joint]:
             parent = open_joints[-1] if open_joints else -1
             if (parent < 0) != (word == "ROOT"):
                 raise DataError(
-                    f"the BVH skeleton is bad: {word} {cut(name)} stands at a wrong place"
+                    f"the BVH skeleton is bad: {word} {cut(name)} stands at a wrong place",
+                    expected="ROOT outside of all joints, JOINT and End Site within one",
                 )
             joints.append(Joint(f"{joints[parent].name}_end" if word == "END" else name, parent))
             open_joints.append(len(joints) - 1)
@@ -128,7 +129,10 @@ def parse_hierarchy(text: str) -> list[Joint]:
                 )
             joint = joints[open_joints[-1]]
             if joint.channels:
-                raise DataError(f"the BVH skeleton is bad: {cut(joint.name)} has CHANNELS twice")
+                raise DataError(
+                    f"the BVH skeleton is bad: {cut(joint.name)} has CHANNELS twice",
+                    expected="once",
+                )
             joint.channels, joint.first = names, columns
             columns += len(names)
         else:

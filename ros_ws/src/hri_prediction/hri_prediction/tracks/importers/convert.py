@@ -166,7 +166,10 @@ def _check_seen(data: MarkerData, mapping: Mapping, points: list[FloatArray]) ->
                 hint="give other markers with --map",
             )
     if not np.isfinite(np.hstack(points[:3])).all(axis=1).any():
-        raise DataError("shoulder, elbow and wrist are never seen in the same frame")
+        raise DataError(
+            "shoulder, elbow and wrist are never seen in the same frame",
+            expected="frames in which all three are",
+        )
 
 
 def _rate(data: MarkerData, given: float) -> float:

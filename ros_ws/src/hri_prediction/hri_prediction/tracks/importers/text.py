@@ -32,7 +32,10 @@ def decode(content: bytes) -> str:
             return content.decode(encoding)
         except UnicodeDecodeError:
             continue
-    raise DataError("the file is not text")
+    raise DataError(
+        "the file is not text",
+        expected="C3D, or text in UTF-8, UTF-16 with its mark or Windows-1252",
+    )
 
 
 def table_rows(

@@ -1,0 +1,92 @@
+"""How far off expected weights are of what was not learnt from: reaches, or whole people."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hri_prediction.arm.geometry import SIDES
+from hri_prediction.hybrid.fitting import fit_process
+from hri_prediction.hybrid.of_laws import data_of_laws
+from hri_prediction.hybrid.weight_process import WeightData, to_alpha
+
+Array = NDArray[np.float64]
+Law = Mapping[str, Any]
+
+PARTS = 5
+"""Reaches are left out in so many parts."""
+LEAST_REACHES, LEAST_PEOPLE = 20, 3
+"""With fewer, what is left when some are left out is not enough to fit to."""
+
+
+def reaches_left_out(data: WeightData, seed: int = 0) -> tuple[float, float]:
+    """Mean absolute error of weights of reaches that are left out, in parts.
+
+    Returns:
+        Of a process, and of the mean, of what is left.
+    """
+    order = np.random.default_rng(seed).permutation(len(data))
+    folds = [order[fold::PARTS] for fold in range(PARTS)]
+    return _errors(
+        [(_rows(data, np.setdiff1d(order, held)), _rows(data, held)) for held in folds], seed
+    )
+
+
+def people_left_out(
+    names: tuple[str, ...], laws: Sequence[Law], seed: int = 0
+) -> tuple[float, float]:
+    """Mean absolute error of the weights by which people reach that are left out, each in turn.
+
+    Args:
+        names: Costs.
+        laws: Of :data:`LEAST_PEOPLE` people or more, see :func:`data_of_laws`.
+        seed: Of the starts of the search.
+
+    Returns:
+        Of a process, and of the mean, of the other people.
+    """
+    people = by_person(laws)
+    return _errors(
+        [
+            (
+                data_of_laws(
+                    names, [law for other in people if other != who for law in people[other]]
+                ),
+                data_of_laws(names, own),
+            )
+            for who, own in people.items()
+        ],
+        seed,
+    )
+
+
+def by_person(laws: Sequence[Law]) -> dict[str, list[Law]]:
+    """Laws of each person: of both arms, whose names differ by the side alone."""
+    found: dict[str, list[Law]] = defaultdict(list)
+    for number, law in enumerate(laws):
+        who = str(law.get("person", number))
+        for side in SIDES:
+            who = who.removesuffix(f" {side}")
+        found[who].append(law)
+    return dict(found)
+
+
+def _errors(parts: Sequence[tuple[WeightData, WeightData]], seed: int) -> tuple[float, float]:
+    """Of what is fitted to the first of each, held against the second: means over the parts."""
+    own, plain = [], []
+    for rest, held in parts:
+        process = fit_process(rest, seed)
+        truth = to_alpha(held.logs, held.names)
+        mean = to_alpha(rest.logs, rest.names).mean(axis=0)
+        guesses = np.array([process.guess(row[:3], row[3:]).alpha for row in held.inputs])
+        own.append(np.abs(guesses - truth).mean())
+        plain.append(np.abs(mean - truth).mean())
+    return float(np.mean(own)), float(np.mean(plain))
+
+
+def _rows(data: WeightData, rows: NDArray[np.int64]) -> WeightData:
+    return WeightData(data.names, data.inputs[rows], data.logs[rows], data.variance[rows])
