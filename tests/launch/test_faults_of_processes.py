@@ -1,4 +1,4 @@
-"""Lines of the table of faults with real processes, each once; all but one."""
+"""Lines of the table of faults with real processes, each once."""
 
 from __future__ import annotations
 

@@ -20,6 +20,8 @@ Launch = Callable[..., Launched]
 TIMING = ("robot at rest", "latency", "named", "without a fault are reached")
 """What a machine that is busy with other things may miss: until when something is done or said, and goals
 for which a prediction or a plan comes too late. That it is done and said at all depends on no machine."""
+BUSY_MS = 500.0
+"""On such a machine the robot rests within this; 200 ms are the bar of the report [ms]."""
 LATE = ("lost_input", "blocked")
 """How such goals end: for want of what is new enough, or of time to plan a way around somebody."""
 
@@ -40,12 +42,12 @@ def test_two_minutes_with_all_faults(launch: Launch) -> None:
     ends = [text.partition(":")[0] for text in content["reaches"]["not_reached"]]
     assert set(ends) <= set(LATE), run.text
     for fault in records(run.out, FAULT):
-        # However late: who is killed is named, and the robot does not move on without.
+        # Who is killed is named, and the robot does not move on without.
         assert fault["fault"] != "kill" or fault["named_ms"] is not None, fault
         # One that stands still for less than samples may be old need not stop the robot.
         lasts = fault["fault"] == "kill" or (fault["fault"] == "pause" and fault["seconds"] > 0.6)
         stops = lasts and fault["moving"] and must_stop(fault)
-        assert not stops or fault["rest_ms"] is not None, fault
+        assert not stops or (fault["rest_ms"] or BUSY_MS + 1.0) <= BUSY_MS, fault
     assert verdict(content) in run.text
     kinds = {row["fault"] for row in content["faults"]}
     assert "kill" in kinds, run.text

@@ -133,7 +133,7 @@ def test_the_robot_that_comes_by_once_is_enough() -> None:
 def test_who_was_lost_stays_so_though_the_clock_goes_back(step_ms: int) -> None:
     made = people()
     lose(made)
-    made.forget()
+    made.forget((5000 + step_ms) * MS)
     for now_ms in range(5000 + step_ms, 9000, 8):
         made.lists.heard(104, (), now_ms * MS)
         assert made.gone(now_ms * MS, far) == []
@@ -149,7 +149,7 @@ def test_who_is_lost_while_the_clock_goes_back_is_known(listed: bool) -> None:
     made.gone(112 * MS, beside)
     if not listed:
         unlist(made, 104)
-    made.forget()
+    made.forget(60 * MS)
     made.gone(60 * MS, far)
     if listed:
         unlist(made, 60)
@@ -233,8 +233,8 @@ def test_who_comes_back_is_as_before() -> None:
     made.take_arm(arm(208), 212 * MS)
     assert made.gone(1000 * MS, far) == []
     assert [seen.was for seen in made.arms(212 * MS)["ann"]] == [False]
-    made.forget()  # their place is known all the same
-    assert [seen.was for seen in made.arms(212 * MS)["ann"]] == [True]
+    made.forget(2 * MS)  # their place is known all the same
+    assert [seen.was for seen in made.arms(2 * MS)["ann"]] == [True]
     made.take_arm(arm(4), 8 * MS)
     assert [seen.was for seen in made.arms(8 * MS)["ann"]] == [False]
 
@@ -243,9 +243,40 @@ def test_who_has_left_is_let_go_though_the_clock_went_back() -> None:
     made = people()
     made.gone(104 * MS, far)
     unlist(made, 104)
-    made.forget()  # what was said at later times means nothing
+    made.forget(4 * MS)  # what was said at later times means nothing
     assert made.gone(10 * MS, far) == []
     assert made.gone(511 * MS, far) == ["ann"]
+
+
+def test_who_was_seen_before_the_clock_went_back_grows_older() -> None:
+    made = people()
+    made.gone(104 * MS, far)
+    unlist(made, 104)
+    (before,) = made.arms(204 * MS)["ann"]
+    np.testing.assert_allclose(before.age_s, 0.104)
+    made.forget(20 * MS)
+    for now_ms, age_s in ((20, 0.104), (28, 0.112), (420, 0.504)):
+        (seen,) = made.arms(now_ms * MS)["ann"]
+        np.testing.assert_allclose(seen.age_s, age_s, atol=1e-9)
+    made.forget(10 * MS)  # once more: no age is lost
+    for now_ms, age_s in ((10, 0.504), (110, 0.604)):
+        (seen,) = made.arms(now_ms * MS)["ann"]
+        np.testing.assert_allclose(seen.age_s, age_s, atol=1e-9)
+
+
+def test_an_arm_that_is_seen_again_says_nothing_of_the_other() -> None:
+    made = people()
+    made.take_arm(arm(100, "left", 0.4), 104 * MS)
+    made.gone(104 * MS, far)
+    made.arms(104 * MS)
+    made.forget(4 * MS)
+    made.take_arm(arm(4), 8 * MS)
+    found = {seen.side: seen for seen in made.arms(104 * MS)["ann"]}
+    assert not found["right"].was
+    assert found["left"].was
+    np.testing.assert_allclose(found["left"].age_s, 0.104)
+    made.take_arm(arm(104, "left", 0.4), 108 * MS)
+    assert [seen.was for seen in made.arms(108 * MS)["ann"]] == [False, False]
 
 
 @pytest.mark.parametrize("part", ["an arm", "a keypoint", "hidden"])

@@ -18,14 +18,14 @@ QUICK = [fault for fault in FAULTS if fault.kind != PROCESSES]
 OTHER_GRAPHS = {
     "clock_back": (3, 6),
     "clock_ahead": (3, 6),
-    "reset": (10, 4, 6),
+    "reset": (2, 4, 6),
     "two_bodies": (3, 6),
     "wrong_units": (1, 2, 3, 4),
+    "mocap_swapped": (1, 2, 3, 4),
+    "source_clock_back": (1, 2, 3, 4),
 }
 """Repetitions with a policy, or with a monitor; of lines that are not here the second has a monitor, and of
-motion capture the third a policy. Some repetitions with a monitor miss the table's bar on touches (in the
-second one of `reset` the robot, which creeps, comes at a hand that it touches with 3 cm/s):
-docs/separation.md says why, and how many."""
+motion capture the third a policy."""
 
 
 def test_repetitions_have_other_graphs() -> None:

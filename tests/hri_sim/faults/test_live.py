@@ -50,9 +50,10 @@ class Heard(LiveGraph):
         self._client, self._vital = Server(), []
         self.reasons, self._speak = [], []
         self.says, self.now = says, ""
+        self.also: list[KeyValue] = []
 
     def say(self, stamp_s: float, label: str, level: bytes = OK, up_s: float = 0.0) -> None:
-        values = [KeyValue(key="up_s", value=f"{up_s:.3f}")]
+        values = [KeyValue(key="up_s", value=f"{up_s:.3f}"), *self.also]
         if level != OK and self.now:
             values.append(KeyValue(key="level_now", value=self.now))
         status = DiagnosticStatus(level=level, hardware_id=label, message="so", values=values)
@@ -100,6 +101,20 @@ def test_a_fault_that_is_over_is_not_waited_for() -> None:
             with pytest.raises(GraphError, match="predictor"):
                 graph.wait_ready()
         else:
+            graph.wait_ready()
+
+
+@pytest.mark.parametrize(("controller", "ready"), [("stopping", True), ("tracking", False)])
+def test_the_simulator_must_be_well_but_for_a_motion_that_was_broken_off(
+    monkeypatch: pytest.MonkeyPatch, controller: str, ready: bool
+) -> None:
+    monkeypatch.setattr(Nodes, "labels", ("simulator", "person"))
+    graph = Heard([(1.0, "simulator", WARN), (1.1, "person", OK)])
+    graph.also = [KeyValue(key="controller", value=controller)]
+    if ready:
+        graph.wait_ready()
+    else:
+        with pytest.raises(GraphError, match="simulator"):
             graph.wait_ready()
 
 

@@ -237,3 +237,21 @@ def test_an_answer_that_did_not_count_is_told_once(health: GraphHealth, told: li
     assert told == ["adaptation: no trial is on"]
     health.take([status("adaptation"), late], 6.0, begun=True)
     assert told[1:] == ["adaptation: no trial is on"]
+
+
+@pytest.mark.parametrize(
+    ("text", "controller", "holds"),
+    [
+        ("stopped: no plan", "stopping", True),
+        ("the robot touches a person", "stopping", True),
+        ("tracking", "tracking", False),
+        ("the robot touches a person", "tracking", False),
+        (f"{NO_HEARTBEAT}; stopped: no plan", "stopping", False),
+    ],
+)
+def test_a_simulator_that_holds_a_motion_that_was_broken_off_is_told_from_one_that_is_not_well(
+    health: GraphHealth, text: str, controller: str, holds: bool
+) -> None:
+    assert not health.holds
+    health.take([status("simulator", text, WARN, controller=controller)], 0.0, begun=True)
+    assert health.holds is holds

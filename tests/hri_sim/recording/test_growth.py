@@ -97,7 +97,7 @@ def test_the_command(
         )
 
     monkeypatch.setattr(benchmark, "benchmark_recorder", measure)
-    assert benchmark.main(["--smoke", "--out", str(tmp_path / "out")]) == (1 if lost else 0)
+    assert benchmark.main(["--smoke", "--out", str(tmp_path / "out")]) == (3 if lost else 0)
     assert asked == [(5000.0, 1.0, tmp_path / "out")]
     printed = json.loads(capsys.readouterr().out)
     written = json.loads((tmp_path / "out" / "results.json").read_text())

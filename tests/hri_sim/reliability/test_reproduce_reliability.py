@@ -66,10 +66,11 @@ def test_a_touch_is_a_bar_that_is_missed() -> None:
         "machine": {"cpu": "x", "cores": 2, "python": "3.11"},
     }
     content = {"origin": origin, "smoke": False, "encounters": found}
-    assert "in 12,000 encounters" in command.report(content, ())
+    assert "in 15,000 encounters" in command.report(content, ())
+    assert "in 14,850 of them the robot moved" in command.report(content, ())
     assert "| met |" in command.report(content, ())
     # With the monitor alone that lets people come nearer, nothing is promised.
-    found["evading"]["chasing"]["touched_moving"] = 2
+    found["launched, measured"]["chasing"]["touched_moving"] = 2
     assert "| met |" in command.report(content, ())
     found["assumed"]["walking"] |= {
         "touched_moving": 1,

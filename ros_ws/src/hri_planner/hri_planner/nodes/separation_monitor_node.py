@@ -171,7 +171,7 @@ class SeparationMonitorNode(HriNode):
         """Decide, and say so."""
         if now_ns < self._last_ns:
             self.fault("clock", f"the clock went back by {(self._last_ns - now_ns) / NANO:.3f} s")
-            self._people.forget()
+            self._people.forget(now_ns)
             self._joints_ns = self._reference = None
             self._joint_watch.restart()
             self._monitor.restart()

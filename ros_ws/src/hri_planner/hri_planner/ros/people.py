@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +57,7 @@ class People:
     _fresh: set[str] = field(default_factory=set)
     _again: set[str] = field(default_factory=set)
     _now_ns: int = 0
+    _back_ns: int = 0
 
     def __post_init__(self) -> None:
         """Begin with nobody."""
@@ -98,8 +99,9 @@ class People:
     def _saw(self, body_id: str, now_ns: int) -> None:
         self._fresh.add(body_id)
         self._again.add(body_id)
-        if any(not watch.missing for watch in self._watches[body_id].values()):
-            self._were.pop(body_id, None)
+        seen = {side for side, watch in self._watches[body_id].items() if not watch.missing}
+        if were := [arm for arm in self._were.pop(body_id, []) if arm.side not in seen]:
+            self._were[body_id] = were
         if body_id not in (self.tracked or ()):
             self._left.setdefault(body_id, now_ns)
 
@@ -201,13 +203,20 @@ class People:
         arms = self._watches.get(body_id, {}).values()
         return max((watch.newest_ns or 0 for watch in arms), default=0)
 
-    def forget(self) -> None:
-        """The clock went back: stamps of what was seen mean nothing any more, places do."""
+    def forget(self, now_ns: int) -> None:
+        """The clock went back: stamps of what was seen mean nothing any more, places and ages do.
+
+        Args:
+            now_ns: What time it is now [ns]; from then on who was seen before grows older.
+        """
         for body_id, watches in self._watches.items():
             if arms := [arm.doubted() for arm in self._arms_of(body_id, self._now_ns)]:
                 self._were[body_id] = arms
             if any(watch.missing for watch in watches.values()):
                 self._near[body_id] = True
+        for body_id in self._were.keys() - self._watches.keys():
+            self._were[body_id] = self._as_they_were(body_id, self._now_ns)
+        self._back_ns = self._now_ns = now_ns
         self._fresh.clear()
         self._watches.clear()
         self._predictions.clear()
@@ -264,7 +273,12 @@ class People:
         arms = [arm for watch in watches.values() for arm in watch.at(now_ns)]
         if body_id not in (self.tracked or ()):
             arms = [arm.doubted() for arm in arms]
-        return arms + self._were.get(body_id, [])
+        return arms + self._as_they_were(body_id, now_ns)
+
+    def _as_they_were(self, body_id: str, now_ns: int) -> list[SeenArm]:
+        """The arms that somebody had before the clock went back, and that were not seen since."""
+        since_s = max(now_ns - self._back_ns, 0) / NANO
+        return [replace(arm, age_s=arm.age_s + since_s) for arm in self._were.get(body_id, [])]
 
     def predictions(self, now_ns: int) -> Mapping[tuple[str, str], ArmPrediction]:
         """What is predicted, by body id and side; of a dead predictor nothing."""

@@ -31,6 +31,7 @@ from hri_sim.testing import node_factory, spoiling
 from hri_sim.testing.spoiling import REMAP, Bystander, Spoil, Tamper
 
 VALID = Figure("valid", "predictions that are valid while nothing can be seen", limit=0.0)
+SAYS = Figure("predictor_ms", "named by the predictor, if there is one, after", "ms", 1000.0)
 BLIND_S = 0.3
 """A prediction may count on samples that are as old as this: it looks ahead from them [s]."""
 GRAPHS = ((PTOMP, OFF), (PTOMP, MEASURED), (POLICY, OFF), (PTOMP, PREDICTED), (POLICY, MEASURED))
@@ -81,6 +82,8 @@ def spoil(spoiling_: Spoiling, seed: int, place: Place) -> Trial:
         outcome = motion.finish(handle)
         motion.graph.run(1.0)  # all have told of themselves once more
         named_ms, said = motion.named(*spoiling_.words)
+        if PREDICTION in motion.graph.log:
+            figures["predictor_ms"], _ = motion.named(*spoiling_.words, by="predictor")
         figures |= {"named_ms": named_ms, "wild": motion.wild()}
         figures["reached"] = float(outcome == "reached")
         return Trial(seed, {**figures, **motion.safe()}, f"{said} ({outcome})")
@@ -116,7 +119,7 @@ def _stopping(name: str, title: str, injected: str, how: Spoil, *words: str) -> 
         f"{injected}, for 0.5 to 1 s, at a random time of a motion",
         "robot at rest, prediction (where there is one) invalid, named; afterwards the goal is reached",
         LOCKSTEP,
-        (AT_REST, NAMED, VALID, WILD, REACHED, *SAFE),
+        (AT_REST, NAMED, SAYS, VALID, WILD, REACHED, *SAFE),
         lockstep(partial(spoil, spoiling_)),
         count=40,
     )
@@ -136,7 +139,7 @@ def _going_on(
         f"{injected}, for 0.2 to 0.8 s, at a random time of a motion",
         "named; no prediction that no arm can follow; nobody touched; the goal is reached",
         LOCKSTEP,
-        (NAMED, WILD, REACHED, *SAFE),
+        (NAMED, SAYS, WILD, REACHED, *SAFE),
         lockstep(partial(spoil, spoiling_)),
         count=40,
     )

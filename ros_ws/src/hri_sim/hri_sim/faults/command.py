@@ -72,9 +72,10 @@ def report(content: dict[str, Any], results: Sequence[Result]) -> str:
         )
     if found is not None:
         touched, number = encounters.touched(found), encounters.counted(found)
+        moved = encounters.counted(found, "robot_moved")
         text.append(
             f"| people touched by a moving robot, in {number:,} encounters with a monitor that is to let "
-            f"nobody be | {touched} | 0 | {_verdict(not touched)} |"
+            f"nobody be; in {moved:,} of them the robot moved | {touched} | 0 | {_verdict(not touched)} |"
         )
     text.append("")
     if results:

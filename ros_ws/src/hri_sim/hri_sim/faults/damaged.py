@@ -29,6 +29,12 @@ OTHER_ERRORS = Figure(
     "other_errors", "ends otherwise than by being read or one clear error", limit=0.0
 )
 REFUSED = Figure("refused", "refused with one clear error")
+SCRIPT = "hri_sim.tools.inspect_bag"
+"""What scripts/inspect_bag.py runs."""
+SECONDS = 60.0
+SCRIPT_SAYS = Figure(
+    "script", "inspect_bag.py ends otherwise than with a clear line and its exit code", limit=0.0
+)
 
 
 def make_bag(folder: Path, rng: np.random.Generator) -> list[int]:
@@ -53,7 +59,9 @@ def bags(seeds: Sequence[int], place: Place, damage: Damage) -> Iterator[Trial]:
         (file,) = (folder / "bag").glob("*.mcap")
         content = file.read_bytes()
         whole = {m.log_time_ns: m.data for m in BagReader(folder / "bag").messages()}
-        counts = dict.fromkeys(("refused", "other_errors", "altered", "lost", "kept"), 0.0)
+        counts = dict.fromkeys(
+            ("refused", "other_errors", "altered", "lost", "kept", "script"), 0.0
+        )
         for index in range(TOGETHER):
             changed = damage(rng, content)
             file.write_bytes(changed)
@@ -71,9 +79,36 @@ def bags(seeds: Sequence[int], place: Place, damage: Damage) -> Iterator[Trial]:
             counts["kept"] += len(found) / len(whole)
             counts["altered"] += sum(whole.get(key) != data for key, data in found.items())
             counts["lost"] += _lost_of_whole(content, changed, ends, set(found))
+            if index == 0:
+                counts["script"] = float(not _inspected(folder / "bag", found == whole))
         counts["kept"] *= 100.0 / TOGETHER
         shutil.rmtree(folder)
         yield Trial(seed, counts)
+
+
+def _inspected(bag: Path, whole: bool) -> bool:
+    """Whether the script ends as it should: 0 only where nothing is missing, 1 with one line, or 3.
+
+    Args:
+        bag: The bag, damaged.
+        whole: Whether all of its messages can be read as they were.
+    """
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", SCRIPT, str(bag)],
+            capture_output=True,
+            text=True,
+            timeout=SECONDS,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return False
+    lines = done.stderr.strip().splitlines()
+    if done.returncode == 1:
+        return len(lines) == 1 and lines[0].startswith("inspect_bag.py: ")
+    if done.returncode == 3:
+        return not lines and "warning" in done.stdout
+    return done.returncode == 0 and whole and not lines
 
 
 def _lost_of_whole(content: bytes, changed: bytes, ends: list[int], found: set[int]) -> int:
@@ -124,14 +159,17 @@ def _bags(name: str, title: str, injected: str, damage: Damage) -> Fault:
     return Fault(
         name,
         title,
-        f"{injected}; {TOGETHER} files a repetition, each of {CHUNKS} chunks",
-        "salvaged up to the damage, or refused with one clear error; nothing that was not recorded",
+        f"{injected}; {TOGETHER} files a repetition, each of {CHUNKS} chunks; the first is given to "
+        f"inspect_bag.py too",
+        "salvaged up to the damage, or refused with one clear error and an exit code that is not 0; "
+        "nothing that was not recorded",
         FILES,
         (
             OTHER_ERRORS,
             Figure("altered", "messages that were not recorded so", limit=0.0),
             Figure("lost", "messages lost of chunks before the damage", limit=0.0),
             Figure("kept", "messages kept", "%", least=True),
+            SCRIPT_SAYS,
             REFUSED,
         ),
         partial(bags, damage=damage),

@@ -38,10 +38,11 @@ from hri_prediction.ros.qos import reliable
 from hri_prediction.ros.time import NANO, to_ns, to_time
 from hri_sim.faults.own_motion import REST, OwnMotion, own_motion
 from hri_sim.faults.reference import Asked, on_course
+from hri_sim.faults.sent_goal import SentGoal
 from hri_sim.faults.specs import launched_specs
 from hri_sim.launch.deaths import RESTART, Deaths
 from hri_sim.launch.freezing import Freezes
-from hri_sim.launch.health import GraphHealth
+from hri_sim.launch.health import SIMULATOR, GraphHealth
 from hri_sim.launch.run import RunOptions
 from hri_sim.launch.separation import OFF
 from hri_sim.launch.supervisor import NodeSpec, Supervisor
@@ -83,6 +84,7 @@ class LiveGraph(Closing):
     Attributes:
         told: What the launcher has told its user: when [s], and what.
         late: Who was not well again in time, the last time that somebody was not.
+        goal: The newest one; none: none was sent.
     """
 
     def __init__(
@@ -105,6 +107,7 @@ class LiveGraph(Closing):
         self._cues = self._node.create_publisher(Cue, "sim/cue", reliable(10))
         action = f"{self.mover}/reach_target"
         self._client = ActionClient(self._node, ReachTarget, action)
+        self.goal: SentGoal | None = None
         self._moving = False
         self._planned_until_s = 0.0
         self._robot, self._q = load_robot(), np.array(scenario.robot_start)
@@ -224,10 +227,10 @@ class LiveGraph(Closing):
         def absent() -> set[str]:
             labels = set(self.supervisor.labels)
             missing = self._health.missing(labels, self._vital, patient=True, past=False)
-            # The simulator warns of a motion that was broken off until the next one.
-            unheard = self._health.missing(labels, self._vital, patient=False)
+            if self._health.holds:
+                missing.discard(SIMULATOR)
             spoke = {label for label, when_s in self._spoke_s.items() if when_s > begin_s}
-            return (missing - {"simulator"}) | unheard | (labels - spoke)
+            return missing | (labels - spoke)
 
         def ready() -> bool:
             return not absent() and self._client.server_is_ready()
@@ -300,7 +303,7 @@ class LiveGraph(Closing):
         point = goal.pose.pose.position
         point.x, point.y, point.z = x, y, z
         self.forget()
-        self._client.send_goal_async(goal)
+        self.goal = SentGoal(self._client, goal)
 
     def send(self, label: str, number: signal.Signals) -> float:
         """Send a signal to a node; the time just before [s]."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -27,6 +28,7 @@ from hri_prediction.prediction.library import TaskLibrary, TaskModel
 from hri_prediction.promp.basis import PhaseBasis
 from hri_prediction.promp.model import ProMP
 from hri_prediction.promp.storage import load_promp, save_promp
+from hri_sim.launch.supervisor import find_executable
 from hri_sim.reliability.damage import Damage, cut, digit_changed, flipped
 from hri_sim.reliability.fault import FILES, Fault, Figure, Place, Trial
 
@@ -37,6 +39,11 @@ OTHER_ERRORS = Figure(
 )
 REFUSED = Figure("refused", "refused with one clear error")
 ALTERED = Figure("altered", "loaded with other values", limit=0.0)
+NODE_SAYS = Figure(
+    "node", "node that is given a refused policy ends otherwise than with one line and an exit code",
+    limit=0.0,
+)  # fmt: skip
+SECONDS = 60.0
 Load = Callable[[Path], Any]
 
 
@@ -106,6 +113,7 @@ def damaged(
     for seed in seeds:
         rng = np.random.default_rng(seed)
         counts = dict.fromkeys(("refused", "other_errors", "altered"), 0.0)
+        given = False
         for index in range(TOGETHER):
             kind = index % len(models)
             # In two folders, as a person has one in a store.
@@ -116,12 +124,32 @@ def damaged(
                 loaded = models[kind].load(path)
             except HriError:
                 counts["refused"] += 1
+                if not given and models[kind].load in (load_dmp, load_policy):
+                    given = True
+                    counts["node"] = float(not _node_refuses(path))
             except Exception:  # whatever else comes is what is looked for
                 counts["other_errors"] += 1
             else:
                 counts["altered"] += not same(loaded, originals[kind])
             path.unlink()
         yield Trial(seed, counts)
+
+
+def _node_refuses(path: Path) -> bool:
+    """Whether the policy node ends with one line that names a file, and an exit code that is not 0."""
+    node = find_executable("hri_planner", "policy")
+    try:
+        done = subprocess.run(
+            [str(node), "--ros-args", "-p", f"policy:={path}"],
+            capture_output=True,
+            text=True,
+            timeout=SECONDS,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return False
+    lines = (done.stdout + done.stderr).strip().splitlines()
+    return done.returncode != 0 and len(lines) == 1 and path.name in lines[0]
 
 
 def same(one: Any, other: Any) -> bool:
@@ -195,9 +223,9 @@ def _damaged(name: str, title: str, injected: str, damage: Damage, ending: str =
         name,
         title,
         f"{injected}; {TOGETHER} files a repetition: {which}",
-        "refused with one clear error, or loaded with the same values",
+        "refused with one clear error (of a node: exit code not 0), or loaded with the same values",
         FILES,
-        (OTHER_ERRORS, ALTERED, REFUSED),
+        (OTHER_ERRORS, ALTERED, REFUSED) if ending else (OTHER_ERRORS, ALTERED, NODE_SAYS, REFUSED),
         partial(damaged, damage=damage, ending=ending),
         count=40,
     )

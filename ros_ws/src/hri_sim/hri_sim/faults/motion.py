@@ -212,17 +212,24 @@ class Motion(Closing):
             moving=False,
         )
 
-    def named(self, *words: str) -> tuple[float | None, str]:
-        """When one of these words was first said [ms], and what: in a reason, or on /diagnostics."""
+    def named(self, *words: str, by: str = "") -> tuple[float | None, str]:
+        """When one of these words was first said [ms], and what: in a reason, or on /diagnostics.
+
+        Args:
+            words: Which.
+            by: Node that is to say it there; empty: any, in reasons too.
+        """
         found: list[tuple[float, str]] = []
         for topic, message_type in self.graph.lockstep.log.types.items():
-            if not hasattr(message_type, "reason"):
+            if by or not hasattr(message_type, "reason"):
                 continue
             for time_ns, message in self.timed(topic):
                 if any(word in message.reason for word in words):
                     found.append((time_ns * 1e-9, f"{topic}: {message.reason}"))
                     break
         for stamp_ns, status in self.said:
+            if by not in ("", status.hardware_id):
+                continue
             told = [status.message] if status.level != DiagnosticStatus.OK else []
             told += [v.value for v in status.values if v.key.startswith("fault ")]
             text = next((t for t in told if any(word in t for word in words)), "")

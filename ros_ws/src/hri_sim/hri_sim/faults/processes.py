@@ -36,6 +36,10 @@ UNKNOWN_ARMS = (MOCAP_LIVE,)
 """Sources of arms that the simulator does not know, so that it cannot tell whether they are touched."""
 GRAPH = "graph"
 """What stays from one fault to the next."""
+LOOK_ON = (RECORDER, INTERACTION)
+"""Nodes without which a motion goes on as with them."""
+ARRIVES_S = 20.0
+"""A motion takes at most so long [s]."""
 IN_TRIALS = (OBSERVER, ADAPTATION)
 """Nodes of experiments alone."""
 HELD_S = 1.5
@@ -48,6 +52,7 @@ AGAIN_S = 30.0
 """So long may it take until all nodes are well again, or a further trial is done [s]."""
 READY = Figure("ready_s", "all nodes well again after", "s", AGAIN_S, digits=1)
 GOES_ON = Figure("goes_on_s", "a further trial done after", "s", AGAIN_S, digits=1)
+WENT_ON = Figure("went_on", "the motion under way goes on to its end", limit=1.0, least=True)
 LOST_TRIALS = Figure("lost_trials", "trials lost", limit=0.0)
 UNSEEN = ("newest sample", "no usable sample", "last seen")
 REASONS = {
@@ -153,9 +158,20 @@ def kill(graph: LiveGraph, victim: str, seed: int, place: Place) -> Trial:
         figures |= graph.on_course()
     figures |= _touched(victim, graph.own_motion())
     figures |= _of_trials(graph, since_s, trials)
+    if victim in LOOK_ON:
+        figures["went_on"] = float(_arrives(graph))
     if victim == RECORDER:
         figures |= _salvaged(bag, place.folder / f"salvaged_{seed}", since_s)
     return Trial(seed, figures, said)
+
+
+def _arrives(graph: LiveGraph) -> bool:
+    """Whether the motion under way goes on to its end."""
+    goal = graph.goal
+    if goal is None:
+        return False
+    graph.spin(ARRIVES_S, lambda: bool(goal.outcome))
+    return goal.ended_by_itself
 
 
 def _touched(victim: str, *motions: OwnMotion) -> dict[str, float | None]:
@@ -219,24 +235,27 @@ def freeze(graph: LiveGraph, victim: str, seed: int, place: Place) -> Trial:
         **_touched(victim, frozen, graph.own_motion()),
     }
     figures |= _of_trials(graph, thawed_s, trials)
+    if victim in LOOK_ON:
+        figures["went_on"] = float(_arrives(graph))
     return Trial(seed, figures, said)
 
 
 def _wanted_of(victim: str, *, killed: bool) -> tuple[Figure, ...]:
     """What is wanted whatever is done to a node."""
     trials = (GOES_ON, LOST_TRIALS) if victim in IN_TRIALS else ()
+    went_on = (WENT_ON,) if victim in LOOK_ON else ()
     course = () if killed and victim in ANOTHER_ROBOT else (JUMP, BEYOND)
     touched = () if victim in UNKNOWN_ARMS else (TOUCHED, CAME_AT, LEANT_ON)
-    return (*trials, *course, *touched)
+    return (*trials, *went_on, *course, *touched)
 
 
 def _kill(victim: str, kind: str = "") -> Fault:
     said = Figure("reason_ms", "reason said in the graph after", "ms", 1000.0)
     answer = {
-        RECORDER: "named; the run goes on; the bag is salvaged up to 1 s before",
+        RECORDER: "named; the motion goes on; the bag is salvaged up to 1 s before",
         SIMULATOR: "named by the launcher and in the graph",
         ADAPTATION: "named; the trial under way is made again, no other is lost",
-        INTERACTION: "named; the run goes on",
+        INTERACTION: "named; the motion goes on",
     }.get(victim, "robot at rest, named by the launcher and in the graph")
     figures: tuple[Figure, ...] = (AT_REST, NAMED, said)
     if victim == RECORDER:
@@ -259,6 +278,8 @@ def _kill(victim: str, kind: str = "") -> Fault:
 def _freeze(victim: str, kind: str = "") -> Fault:
     moved = victim not in HANDS_OFF
     answer = "robot at rest, and named" if moved else "named"
+    if victim in LOOK_ON:
+        answer = "named; the motion goes on"
     figures = (AT_REST, NAMED) if moved else (NAMED,)
     held_s = SILENT_HELD_S if victim in SILENT else HELD_S
     return Fault(

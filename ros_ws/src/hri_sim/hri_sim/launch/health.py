@@ -12,9 +12,10 @@ from hri_prediction.ros.node import STANDSTILL
 from hri_sim.launch.vital import hears
 from hri_sim.nodes.recorder_node import TROUBLES
 from hri_sim.recording.condition import TRANSPORT
+from hri_sim.simulator.controller import STOPPING
 from hri_sim.simulator.stopchain import NO_HEARTBEAT
 
-RECORDER, MONITOR = "recorder", "separation_monitor"
+RECORDER, MONITOR, SIMULATOR = "recorder", "separation_monitor", "simulator"
 """Labels of nodes."""
 SILENT_S = 3.0
 """A node that says nothing for so long, though it should every second, hangs [s]."""
@@ -124,6 +125,17 @@ class GraphHealth:
         if RECORDER in well and not hears(self._statuses[RECORDER], recorded):
             well.remove(RECORDER)
         return set(labels) - well
+
+    @property
+    def holds(self) -> bool:
+        """Whether all that the simulator warns of is a motion that was broken off.
+
+        It does until the next one. Somebody may lean on the robot meanwhile.
+        """
+        status = self._statuses.get(SIMULATOR)
+        if status is None or NO_HEARTBEAT in status.message:
+            return False
+        return any(item.key == "controller" and item.value == STOPPING for item in status.values)
 
     def _tell_fault(self, status: DiagnosticStatus) -> None:
         name = status.hardware_id

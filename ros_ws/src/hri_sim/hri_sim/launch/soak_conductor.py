@@ -83,7 +83,9 @@ class SoakConductor(Conductor):
         self._begin_s = time.monotonic()
 
         def told(text: str) -> None:
-            log.write(TOLD, {"s": self._now_s(), "text": text})
+            now_s = self._now_s()
+            log.write(TOLD, {"s": now_s, "text": text})
+            self._injector.told(text, now_s)
             tell(text)
 
         super().__init__(scenario, supervisor, say, told)
@@ -161,7 +163,7 @@ class SoakConductor(Conductor):
             return
         now_s = self._now_s()
         for label in ended(self._pids, pids):
-            wanted = self._injector.died(label, now_s)
+            wanted = self._injector.died(label)
             self._log.write(DEATH, {"s": now_s, "node": label, "wanted": wanted})
             if label == PERSON:
                 self._walk.place = HOME

@@ -49,6 +49,7 @@ class Happening:
         moving: Whether the robot moved then.
         rest: Watches the robot come to rest.
         over_s: When its cause was over; none: it still is there.
+        seen_dead: Whether a node that it killed was seen to have ended.
         named_ms: From a kill to when the launcher said so [ms].
         ready_s: From a kill to when all nodes were ready again [s].
         reached_s: From the fault to the first goal reached after its cause was over [s].
@@ -61,6 +62,7 @@ class Happening:
     moving: bool
     rest: RestWatch
     over_s: float | None = None
+    seen_dead: bool = False
     named_ms: float | None = None
     ready_s: float | None = None
     reached_s: float | None = None
@@ -205,15 +207,23 @@ class Injector:
         if self.happening is not None:
             self.happening.rest.hear(stamp_ns, speed)
 
-    def died(self, label: str, now_s: float) -> bool:
+    def died(self, label: str) -> bool:
         """A node has died; whether it was killed here."""
         happening = self.happening
-        if happening is None or happening.fault.kind != KILL or happening.named_ms is not None:
+        if happening is None or happening.fault.kind != KILL or happening.seen_dead:
             return False
         if happening.fault.node != label:
             return False
-        happening.named_ms = round((now_s - happening.at_s) * 1e3, 1)
+        happening.seen_dead = True
         return True
+
+    def told(self, text: str, now_s: float) -> None:
+        """Something was said to the user: it may be that the killed node was ended."""
+        happening = self.happening
+        if happening is None or happening.fault.kind != KILL or happening.named_ms is not None:
+            return
+        if text.startswith(f"node {happening.fault.node} was ended by"):
+            happening.named_ms = round((now_s - happening.at_s) * 1e3, 1)
 
     def ready(self, now_s: float) -> None:
         """All nodes are ready again."""

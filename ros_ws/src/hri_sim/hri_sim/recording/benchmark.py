@@ -262,12 +262,12 @@ def count_gaps(counts: NDArray[np.int64]) -> int:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Measure one rate and print the figures as JSON; exit code 1 when messages were lost."""
+    """Measure one rate and print the figures as JSON; exit code 3 when messages were lost."""
     parser = argparse.ArgumentParser(
         prog="benchmark_recorder.py",
         description="Publish numbered messages at a steady rate, record them, and see whether every "
         "one is in the bag.",
-        epilog="Exit codes: 0 nothing was lost, 1 something was, or it could not be measured.",
+        epilog="Exit codes: 0 nothing was lost, 3 something was, 1 it could not be measured.",
     )
     parser.add_argument("--rate", type=float, default=5000.0, help="messages a second")
     parser.add_argument("--seconds", type=float, default=60.0, help="how long to publish")
@@ -298,7 +298,7 @@ def main(argv: list[str] | None = None) -> int:
         content = {**figures, "origin": results_origin()}
         (options.out / "results.json").write_text(json.dumps(content, indent=2) + "\n")
     print(json.dumps(figures, indent=2))
-    return 1 if result.lost else 0
+    return 3 if result.lost else 0
 
 
 if __name__ == "__main__":

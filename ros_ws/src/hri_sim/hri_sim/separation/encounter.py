@@ -26,6 +26,7 @@ from hri_planner.separation.track import ArmWatch
 from hri_prediction.arm.geometry import SIDES, arm_capsules
 from hri_prediction.errors import DataError
 from hri_prediction.geometry.segments import capsule_distances
+from hri_sim.separation.capture import Capture, MotionCapture
 from hri_sim.separation.forecasts import Forecasts
 from hri_sim.separation.intents import Chasing, Intent, Reaching, Walking, draw_changes
 from hri_sim.separation.robot_motion import Motion, draw_posture, motion_to
@@ -55,25 +56,6 @@ _LOOK_AHEAD_S = 1e-4  # step of speeds
 
 
 @dataclass(frozen=True)
-class Capture:
-    """What motion capture makes of a person.
-
-    Attributes:
-        noise: Standard deviation of each coordinate [m].
-        most: Longest error of a place; longer ones are cut [m].
-        delay: From capture to the monitor, shortest and longest [s].
-        stamps: Stamps, those of joints too, may be late by so much, the same in all of an encounter [s].
-        gaps: Mean time between gaps [s]; a gap takes up to 60 ms.
-    """
-
-    noise: float = 0.003
-    most: float = 0.01
-    delay: tuple[float, float] = (0.004, 0.020)
-    stamps: float = 0.005
-    gaps: float = 1.0
-
-
-@dataclass(frozen=True)
 class Settings:
     """What encounters have in common.
 
@@ -83,6 +65,7 @@ class Settings:
         release: Of the monitor.
         capture: Of motion capture.
         monitored: Whether the monitor has a say; without, the robot goes at full speed.
+        arms_only: Whether people are two arms and nothing else, as those are that launched runs simulate.
         duration: Longest [s].
     """
 
@@ -91,6 +74,7 @@ class Settings:
     release: ReleaseConfig = field(default_factory=ReleaseConfig)
     capture: Capture = field(default_factory=Capture)
     monitored: bool = True
+    arms_only: bool = False
     duration: float = LONGEST_S
 
 
@@ -216,9 +200,7 @@ class Encounter:
         self._forecasts: Forecasts | None = None
         if human == PREDICTED:
             self._forecasts = Forecasts(VISITOR, settings.release.max_prediction_age)
-        self._samples: deque[tuple[int, int, FloatArray]] = deque()
-        self._stamps_ns = round(rng.uniform(0.0, settings.capture.stamps) * 1e9)
-        self._gap_until_ns = 0
+        self._mocap = MotionCapture(settings.capture, PERIOD_S, rng)
         self._commands: deque[tuple[int, float]] = deque()
         self._joints: RobotState | None = None
         self._silence = _draw_silence(rng)
@@ -239,7 +221,7 @@ class Encounter:
             ended += 1
             now_ns = simulation.time_ns
             self._move_person(now_ns)
-            self._capture(now_ns)
+            self._mocap.see(now_ns, self._visitor.shape.arms)
             hangs = settings.monitored and self._silence.begin_ns <= now_ns < self._silence.end_ns
             silent += hangs
             if settings.monitored and tick % DECIDING == 0 and (not hangs or self._begins(now_ns)):
@@ -286,28 +268,13 @@ class Encounter:
         robot = self._robot.frames(self._simulation.q)
         self._visitor.step(self._intent.wish(self._visitor, robot, now_ns * 1e-9), PERIOD_S)
 
-    def _capture(self, now_ns: int) -> None:
-        """One sample of both arms is on its way, unless there is a gap."""
-        capture, rng = self._settings.capture, self._rng
-        if rng.random() < PERIOD_S / capture.gaps:
-            self._gap_until_ns = now_ns + round(rng.uniform(0.0, 0.06) * 1e9)
-        if now_ns < self._gap_until_ns:
-            return
-        error = rng.normal(0.0, capture.noise, (2, 4, 3))
-        length = np.linalg.norm(error, axis=-1, keepdims=True)
-        error *= np.minimum(1.0, capture.most / np.maximum(length, 1e-12))
-        arrives = now_ns + round(rng.uniform(*capture.delay) * 1e9)
-        stamp_ns = now_ns + self._stamps_ns
-        self._samples.append((arrives, stamp_ns, self._visitor.shape.arms + error))
-
     def _begins(self, now_ns: int) -> bool:
         """Whether the monitor begins to hang in the tick of now, in the middle of deciding."""
         since_ns = now_ns - self._silence.begin_ns
         return self._silence.deciding and since_ns < round(DECIDING * PERIOD_S * 1e9)
 
     def _monitor_tick(self, now_ns: int) -> State:
-        while self._samples and self._samples[0][0] <= now_ns:
-            _, stamp_ns, arms = self._samples.popleft()
+        for stamp_ns, arms in self._mocap.arrived(now_ns):
             for watch, arm in zip(self._watches, arms, strict=True):
                 watch.add(stamp_ns, arm)
             if self._forecasts is not None:
@@ -316,7 +283,7 @@ class Encounter:
         trouble = ""
         seen: list[SeenArm] = []
         for watch in self._watches:
-            if watch.newest_ns is None:
+            if watch.newest_ns is None or watch.missing:
                 trouble = "not seen yet"
             elif now_ns - watch.newest_ns > release.max_sample_age * 1e9:
                 trouble = "not seen for too long"
@@ -335,7 +302,7 @@ class Encounter:
     def _measure_joints(self) -> None:
         """What the joints are now is known a period later, with a stamp as wrong as those of people."""
         simulation = self._simulation
-        age_s = max(PERIOD_S - self._stamps_ns * 1e-9, 0.0)
+        age_s = max(PERIOD_S - self._mocap.stamps_ns * 1e-9, 0.0)
         controller = simulation.controller
         rate = controller.scale if controller.active else 0.0
         self._joints = RobotState.following(
@@ -385,8 +352,10 @@ class Encounter:
         points = self._robot.frames(np.array((q, q + _LOOK_AHEAD_S * qd)))
         robots = np.stack((points[:, :-1], points[:, 1:]), axis=-2).reshape(-1, 2, 3)
         shape, figure = self._visitor.shape, self._visitor.figure
-        axes = np.concatenate((arm_capsules(shape.arms).reshape(6, 2, 3), shape.body))
-        radii = np.concatenate((figure.arm_radii, figure.arm_radii, shape.radii))
+        axes = arm_capsules(shape.arms).reshape(6, 2, 3)
+        radii = np.concatenate((figure.arm_radii, figure.arm_radii))
+        if not self._settings.arms_only:
+            axes, radii = np.concatenate((axes, shape.body)), np.concatenate((radii, shape.radii))
         gaps = capsule_distances(robots, np.tile(self._robot.capsule_radii, 2), axes, radii)
         gap, gap_ahead = gaps.reshape(2, -1).min(axis=1).tolist()
         ahead = points[1] - points[0]

@@ -35,9 +35,9 @@ class Forecasts:
         self._next_ns: int | None = None
 
     def take(self, stamp_ns: int, arms: FloatArray) -> None:
-        """Take a sample of left and right arm (2, 4, 3) [m] with its stamp [ns]."""
+        """Take a sample of left and right arm (2, 4, 3) [m], NaN where not seen, with its stamp [ns]."""
         for side, arm in zip(SIDES, arms, strict=True):
-            seen = ArmSample(stamp_ns, arm, np.ones(4, dtype=bool), side)
+            seen = ArmSample(stamp_ns, arm, ~np.isnan(arm[:, 0]), side)
             self._predictors[side].observe(seen)
 
     def at(self, now_ns: int) -> Mapping[tuple[str, str], ArmPrediction]:

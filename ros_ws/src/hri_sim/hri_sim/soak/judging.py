@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from hri_sim.soak.contacts import STANDS, Contact, harmful_above
 from hri_sim.soak.faults import CANCEL, GROUPS, KILL, PAUSE, UNREACHABLE
-from hri_sim.soak.growth import Growth, latency_growth, memory_growth
-from hri_sim.soak.load import MOST_SHARE, grown, load_of
+from hri_sim.soak.growth import Growth, latency_growth
+from hri_sim.soak.load import MOST_SHARE, grown
 from hri_sim.soak.log import DEATH, END, FAULT, REACH, SAMPLE, SoakRecord
 from hri_sim.soak.lost import Lost, lost_messages
+from hri_sim.soak.memory import memory_rows
 
 FloatArray = NDArray[np.float64]
 
@@ -24,11 +25,6 @@ REST_MS = 200.0
 NAMED_MS = 1000.0
 CHAIN = ("person", "predictor", "ptomp", "separation_monitor")
 """Nodes at whose death the robot must come to rest."""
-WARM_UP_S = 30.0
-"""A process that has just begun still loads; its memory counts from then on [s]."""
-LEAST_S, LEAST_SHARE = 20.0, 0.2
-"""Processes are judged that lived at least so long after that: seconds, and share of the run."""
-LEAST_SAMPLES = 10
 LONG_S = 300.0
 """In a run of so long growth can be judged, whatever is killed in its first half [s]."""
 ONE = "at least one"
@@ -52,52 +48,6 @@ class Bar:
     wanted: str
     met: bool | None
     needs: str = ""
-
-
-def lives(samples: Sequence[dict[str, Any]]) -> dict[tuple[str, float], list[tuple[float, dict]]]:
-    """Samples (time [s], figures) of each process, by its name and when it was born."""
-    found: dict[tuple[str, float], list[tuple[float, dict]]] = defaultdict(list)
-    for sample in samples:
-        for label, figures in sample["processes"].items():
-            found[label, figures["born"]].append((float(sample["s"]), figures))
-    return dict(found)
-
-
-def memory_rows(samples: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Each process' memory: a row a life, judged or not."""
-    length_s = float(samples[-1]["s"] - samples[0]["s"]) if samples else 0.0
-    rows = []
-    for (label, _), points in lives(samples).items():
-        begin_s = points[0][0]
-        old = [(s, f) for s, f in points if s - begin_s >= WARM_UP_S]
-        warm = (old or points)[0][1]
-        growth: Growth | None = None
-        if len(old) >= LEAST_SAMPLES and old[-1][0] - old[0][0] >= max(
-            LEAST_S, LEAST_SHARE * length_s
-        ):
-            times = np.array([s for s, _ in old])
-            growth = memory_growth(times, np.array([f["memory_mb"] for _, f in old]))
-        rows.append(
-            {
-                "node": label,
-                "lived_s": round(points[-1][0] - begin_s, 1),
-                "most_mb": max(f["memory_mb"] for _, f in points),
-                "resident_mb": points[-1][1]["resident_mb"],
-                "threads": [warm["threads"], points[-1][1]["threads"]],
-                "files": [warm["files"], points[-1][1]["files"]],
-                "cores": _cores(points),
-                "load": load_of(old),
-                "growth": None if growth is None else asdict(growth),
-            }
-        )
-    return rows
-
-
-def _cores(points: list[tuple[float, dict]]) -> float | None:
-    seconds = points[-1][0] - points[0][0]
-    if seconds <= 0.0:
-        return None
-    return float((points[-1][1]["cpu_s"] - points[0][1]["cpu_s"]) / seconds)
 
 
 def latencies(samples: Sequence[dict[str, Any]]) -> tuple[FloatArray, FloatArray]:
@@ -206,7 +156,7 @@ def figures(
         **record.begin,
         "cut": record.cut,
         "seconds": round(float(samples[-1]["s"]), 1) if samples else 0.0,
-        "memory": memory_rows(samples),
+        "memory": memory_rows(samples, faults),
         "latency": {
             "count": len(values),
             "thirds": _by_thirds(times, values),
@@ -240,7 +190,7 @@ def bars(
 ) -> list[Bar]:
     """What is wanted, and whether it is met."""
     length_s = float(samples[-1]["s"] - samples[0]["s"]) if samples else 0.0
-    rows = memory_rows(samples)
+    rows = memory_rows(samples, faults)
     found = [
         _memory_bar(rows, length_s),
         _load_bar(rows, length_s),

@@ -10,8 +10,9 @@ import numpy as np
 
 from hri_sim.media.look import BLUE, GREEN, GREY, PURPLE, SKY, STYLE, VERMILION
 from hri_sim.soak.faults import GROUPS
-from hri_sim.soak.judging import latencies, lives
+from hri_sim.soak.judging import latencies
 from hri_sim.soak.log import FAULT, SAMPLE, SoakRecord
+from hri_sim.soak.memory import lives
 
 _GROUP_COLOURS = {"kills": VERMILION, "pauses": PURPLE, "mocap": GREEN, "goals": GREY}
 _NODE_COLOURS = (BLUE, VERMILION, GREEN, PURPLE, SKY, (0.90, 0.62, 0.0), GREY)

@@ -21,6 +21,8 @@ from hri_sim.soak.picture import draw_soak
 BAG = "bag"
 """Folder of the first bag of a run."""
 FIGURES, TEXT, PICTURE = "soak.json", "soak.md", "soak.png"
+LEAST_KEPT_MB = 0.1
+"""Less than that, kept of a standstill, is not listed [MB]."""
 _VERDICTS = {True: "met", False: "**missed**", None: "not judged"}
 
 
@@ -87,6 +89,15 @@ def memory_table(content: dict[str, Any]) -> list[tuple[str, ...]]:
             )
         )
     return sorted(found)
+
+
+def kept_lines(content: dict[str, Any]) -> list[str]:
+    """What processes kept of their first standstill, a line a life that was judged."""
+    return [
+        f"- Kept of its first standstill: {row['node']} {row['kept_mb']:.1f} MB"
+        for row in content["memory"]
+        if row["kept_mb"] >= LEAST_KEPT_MB
+    ]
 
 
 MEMORY_HEAD = (
@@ -196,9 +207,12 @@ def report(content: dict[str, Any]) -> str:
         "of its life on. Growth is the slope of Theil and Sen over that time, or the difference of the "
         "medians of first and last third, whichever is more, as a share of the first third's; it is not "
         "extrapolated. `first` and `last` are these medians. Of lives that were too short to be judged "
-        "only each node's longest is listed. In the second half of the run no node is killed. Cores: "
+        "only each node's longest is listed. What a process keeps of its first standstill (memory for all "
+        "that piled up) is no growth, and is listed; of any later one it is. In the second half of the run "
+        "no node is killed. Cores: "
         "medians of first and last third, of short lives the mean.\n",
         *_table(MEMORY_HEAD, memory_table(content)),
+        *kept_lines(content),
         "## Latency\n",
         "Newest sample used to trajectory received by the script, without the simulated sensor's delay. "
         f"Median / 99th percentile in each third of the run: {latency} ms "
