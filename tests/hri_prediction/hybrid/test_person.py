@@ -9,7 +9,8 @@ from reaching import reach_of
 from hri_prediction.errors import ConfigError, DataError, HriError
 from hri_prediction.hybrid.config import HybridConfig
 from hri_prediction.hybrid.merging import merged
-from hri_prediction.hybrid.person import HybridPerson, Rest
+from hri_prediction.hybrid.person import HybridPerson, Rest, SeenReach
+from hri_prediction.hybrid.prior_path import optimal_path
 from hri_prediction.hybrid.store import PERSON_FILE, PeopleStore, check_person
 from hri_prediction.hybrid.task import TaskKey
 from hri_prediction.prediction.config import PredictorConfig
@@ -82,6 +83,33 @@ def test_why_is_asked_when_things_have_settled(targets, people, rest, rng):
     after = person.weights.guess(person.tasks[NEAR].path.q_start, person.tasks[NEAR].path.q_end)
     assert (after.logs_sd <= before.logs_sd).all()
     assert person.to_explain() == []  # not again before twice as much was seen
+
+
+@pytest.mark.parametrize("whole_s", [0.5, 0.8, 1.2, 1.73])
+def test_a_whole_reach_takes_as_long_as_it_does(targets, people, rest, rng, whole_s):
+    """However long was expected before: what explains a path depends on it."""
+    person = HybridPerson(targets, people, config=HybridConfig(settled=0.2, settled_reaches=3))
+    person.at_rest(rest)
+    task = person.tasks[NEAR]
+    onset = person.rules.predictor.onset_speed
+    true = optimal_path(rest.body, task.geometry, whole_s, task.alpha, person.weights.names, onset)
+    for _ in range(8):
+        person.reached(
+            SeenReach(
+                rest.body,
+                true.phases,
+                true.values + rng.normal(0.0, 0.001, 6),
+                rest.points[0],
+                rest.points[3],
+                person.targets["near"] + 0.01,
+                true.share * whole_s,
+            )
+        )
+    found = person.explain(NEAR)
+    # What was usual before counts for a little among eight reaches.
+    assert found.duration_s == pytest.approx(whole_s, rel=0.02)
+    expected = person.rules.model(person.tasks[NEAR], *person.usual_duration(NEAR))
+    assert found.duration_s == pytest.approx(expected.duration_mean_s / true.share, rel=0.006)
 
 
 def test_what_is_no_reach_of_a_target_is_said(person, rest, rng):

@@ -86,7 +86,8 @@ def human_travel(
 ) -> float:
     """How far a part comes towards the robot until it rests: S_h.
 
-    No part is taken to become faster than is assumed; one that is seen to be faster already goes on so.
+    No part is taken to become faster than is assumed; one that is seen to be faster already, by more than
+    the error of what is seen, goes on at least as fast as it is for certain.
 
     Args:
         seconds: From now until the robot rests [s].

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hri_prediction.errors import DataError
 from hri_prediction.hybrid.body import BodyArm
 from hri_prediction.hybrid.config import HybridConfig
-from hri_prediction.hybrid.prior_path import Geometry, PriorPath, optimal_path
+from hri_prediction.hybrid.prior_path import Geometry, PriorPath, optimal_path, share_of
 from hri_prediction.hybrid.task import PersonalTask, TaskKey, TaskRules
 from hri_prediction.hybrid.weight_process import PersonalProcess, WeightData, WeightProcess
 from hri_prediction.hybrid.why import Why, why
@@ -268,12 +268,16 @@ class HybridPerson:
         # Whatever comes of it: not again before there is more to go by.
         self.tasks[key] = replace(task, explained=task.seen)
         guess = self.weights.guess(task.path.q_start, task.path.q_end)
-        found = why(
-            self.rules.model(task, *self.usual_duration(key)),
-            self._bodies[key.side],
-            guess.alpha,
+        model, body = self.rules.model(task, *self.usual_duration(key)), self._bodies[key.side]
+        # The path was expected before anybody knew how long this person takes.
+        share = share_of(
+            body,
+            task.geometry,
+            model.duration_mean_s,
+            task.alpha,
             self.weights.names,
-            task.path.share,
+            self.rules.predictor.onset_speed,
         )
+        found = why(model, body, guess.alpha, self.weights.names, share)
         self.weights = self.weights.learnt(found.data)
         return found

@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 
 POINTS = 61
 _FINE = 401
+_ROUNDS, _SAME_SHARE = 8, 1e-3
+"""So often a duration is reckoned anew by its share, or until that changes by less."""
 FURTHEST_M = 0.25
 """So far off may elbow or wrist of the model be where an arm rests, in an axis."""
 SHORTEST_M = 0.04
@@ -151,6 +153,39 @@ def optimal_path(
         + (1.0 - fade) * _leant(body, values[-1], geometry)
     )
     return _cut(phases, values, duration_s, onset_speed, q_start, q_end, why_not)
+
+
+def share_of(
+    body: BodyArm,
+    geometry: Geometry,
+    between_s: float,
+    alpha: Array,
+    names: tuple[str, ...],
+    onset_speed: float,
+) -> float:
+    """Share of the whole duration, from rest to rest, of a reach that takes a time where it is fast.
+
+    The slower a reach, the later its hand passes the onset speed.
+
+    Args:
+        body: Whose arm.
+        geometry: What the reach is between.
+        between_s: From where the hand passes the onset speed to where it does so again [s].
+        alpha: Weights of costs (n,).
+        names: The costs (n,).
+        onset_speed: Of the hand, where reaches are cut [m/s].
+
+    Raises:
+        DataError: as :func:`optimal_path`.
+    """
+    share = 1.0
+    for _ in range(_ROUNDS):
+        before = share
+        path = optimal_path(body, geometry, between_s / share, alpha, names, onset_speed)
+        share = path.share
+        if abs(share - before) < _SAME_SHARE:
+            break
+    return share
 
 
 def straight_path(

@@ -44,6 +44,7 @@ class Why:
         before_m: Distance of the optimum of the weights that were expected to the path, by dynamic time
             warping and sample; infinite where there was none.
         after_m: Of those that were found.
+        duration_s: From rest to rest, as it was reckoned with [s].
         data: These, as a process of weights learns from them.
     """
 
@@ -52,6 +53,7 @@ class Why:
     sd: Array
     before_m: float
     after_m: float
+    duration_s: float
     data: WeightData
 
 
@@ -74,6 +76,7 @@ def mean_reach(model: TaskModel, body: BodyArm) -> ObservedReach:
         body.arm,
         facing_rad=body.facing_rad,
         limits=body.limits,
+        trim=False,  # it is cut already, where the hand has the onset speed
         name=model.name,
     )
 
@@ -138,4 +141,12 @@ def why(
         sure.covariance[None],
     )
     learnt = replace(data, variance=bounded_variance(data.variance + _OFF_SD**2))
-    return Why(model.name, found.alpha, sure.sd, before_m, found.distance_m, learnt)
+    return Why(
+        model.name,
+        found.alpha,
+        sure.sd,
+        before_m,
+        found.distance_m,
+        observed.problem.duration,
+        learnt,
+    )
