@@ -15,7 +15,7 @@ from hri_prediction.motor_control.costs import CHAPTER_2, CHAPTER_3, shares
 from hri_prediction.motor_control.ioc import explain, simplex_step
 from hri_prediction.motor_control.law import WeightLaw, explained, fit_law, mean_postures
 from hri_prediction.motor_control.observed import ObservedReach
-from hri_prediction.motor_control.ocp import NotConverged, ReachSolver
+from hri_prediction.motor_control.ocp import Motion, NotConverged, ReachSolver
 from hri_prediction.motor_control.problem import ReachProblem
 from hri_prediction.motor_control.search import search
 from hri_prediction.motor_control.uncertainty import certainty
@@ -190,6 +190,35 @@ def test_a_law_is_fitted_to_all_paths_at_once(solver, rng):
     np.testing.assert_allclose(
         shares(truth[0], CHAPTER_2, ("hand_jerk", "energy")), truth[0][0] + truth[0][3]
     )
+
+
+class Fails:
+    """A solver of an arm that nothing is an optimum for, from some call on."""
+
+    def __init__(self, solver: ReachSolver, after: int) -> None:
+        self._solver, self._left, self.arm = solver, after, solver.arm
+
+    def solve(self, reach: ReachProblem, weights: np.ndarray, *start: object) -> Motion:
+        motion = self._solver.solve(reach, weights, *start)
+        self._left -= 1
+        if self._left < 0:
+            raise NotConverged(reach, weights, motion, 1.0)
+        return motion
+
+
+@pytest.mark.parametrize("after", [0, 3], ids=["no scale factors", "no optimum to begin with"])
+def test_a_reach_without_an_optimum_costs_nobody_their_law(solver, after):
+    law = WeightLaw(CHAPTER_2, np.full((3, 7), -0.2))
+    tasks = [problem(number) for number in range(0, 81, 9)]
+    reaches = [observed(solver, each, law.alpha(each.q_start, each.q_end)) for each in tasks]
+    broken = Fails(solver, after)
+    fitted = fit_law(lambda each: broken if each is reaches[4] else solver, reaches)
+    assert fitted.left_out == (4,)
+    others = fit_law(lambda _: solver, [*reaches[:4], *reaches[5:]])
+    assert others.left_out == ()
+    np.testing.assert_allclose(fitted.law.theta, others.law.theta, atol=1e-9)
+    with pytest.raises(NotConverged):
+        fit_law(lambda _: Fails(solver, after), reaches[:2])
 
 
 def test_repetitions_share_their_weights_but_not_their_ends(solver, rng):

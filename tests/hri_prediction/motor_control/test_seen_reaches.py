@@ -133,6 +133,12 @@ def test_laws_are_fitted_arm_by_arm(solver, rng, tmp_path, capsys):
     text = (out / "results.md").read_text()
     assert "| ann right | 9 |" in text
     assert "no law of ben right: 1 different reaches, a law needs 8" in text
+    # It is kept: the same command does not find it once more.
+    (kept,) = (out / "laws").glob("*.json")
+    kept.write_text(json.dumps({**json.loads(kept.read_text()), "rms_cm": 7.77}))
+    again = [str(tmp_path / "reaches.npz"), "--out", str(out), "--law", "--facing", "90"]
+    assert main([*again, "--workers", "1"]) == 0
+    assert "law of ann right: 9 reaches, 7.77 cm" in capsys.readouterr().out
     arguments = [str(tmp_path / "reaches.npz"), "--out", str(out), "--law", "--costs", "energy"]
     assert main(arguments) == 1
     assert "joint_jerk and one more" in capsys.readouterr().err

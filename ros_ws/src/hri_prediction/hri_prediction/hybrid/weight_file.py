@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import importlib.resources
 import json
 from collections.abc import Mapping
@@ -107,6 +108,15 @@ def save_process(
     path.write_text("{\n" + ",\n".join(lines) + "\n}\n")
 
 
+def _shipped() -> str:
+    return importlib.resources.files("hri_prediction.hybrid").joinpath(SHIPPED).read_text()
+
+
+def shipped_hash() -> str:
+    """Stands for the process that ships with the package (16 hex digits)."""
+    return hashlib.sha256(_shipped().encode()).hexdigest()[:16]
+
+
 def load_process(path: Path | None = None) -> WeightProcess:
     """Read a process.
 
@@ -117,8 +127,7 @@ def load_process(path: Path | None = None) -> WeightProcess:
         DataError: it is missing, damaged, or something else.
     """
     if path is None:
-        text = importlib.resources.files("hri_prediction.hybrid").joinpath(SHIPPED).read_text()
-        where = SHIPPED
+        text, where = _shipped(), SHIPPED
     else:
         text, where = read_text(path), str(path)
     try:

@@ -31,7 +31,7 @@ from hri_prediction.results.dependencies import dependency_hash
 from hri_prediction.results.workers import computed_with, do_all, versions
 
 WORK = "hri_prediction.motor_control.batch"
-_PACKAGES = ("numpy", "scipy", "numba", "casadi")
+PACKAGES = ("numpy", "scipy", "numba", "casadi")
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,16 +110,20 @@ class Outcome:
     covariance: tuple[float, ...] = ()
 
 
+def compiled_models() -> list[str]:
+    """Names of the compiled models of the arm, after all that decides about them."""
+    return [library_path(convention).name for convention in CONVENTIONS]
+
+
 @functools.cache
 def _made_by() -> str:
-    compiled = [library_path(convention).name for convention in CONVENTIONS]
-    return repr((dependency_hash(WORK), processor(), sorted(versions(_PACKAGES).items()), compiled))
+    parts = (dependency_hash(WORK), processor(), sorted(versions(PACKAGES).items()))
+    return repr((*parts, compiled_models()))
 
 
-def _computed_with() -> dict[str, str]:
+def made_with() -> dict[str, str]:
     """What workers of a cluster must have in common, the C compiler included."""
-    compiled = " ".join(library_path(convention).name for convention in CONVENTIONS)
-    return {**computed_with(WORK, _PACKAGES), "compiled models": compiled}
+    return {**computed_with(WORK, PACKAGES), "compiled models": " ".join(compiled_models())}
 
 
 def correlated(reach: ObservedReach) -> float:
@@ -284,7 +288,7 @@ def explain_all(
             workers=workers,
             scheduler=scheduler,
             prepare=functools.partial(prepare, conventions),
-            computed_with=_computed_with,
+            computed_with=made_with,
         )
         for outcome in results:
             found[outcome.index] = outcome

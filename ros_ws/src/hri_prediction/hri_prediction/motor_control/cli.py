@@ -30,12 +30,7 @@ from hri_prediction.motor_control.costs import (
     shares,
 )
 from hri_prediction.motor_control.law import FEATURES, WeightLaw
-from hri_prediction.motor_control.person_laws import (
-    PersonLaw,
-    fit_person_laws,
-    law_lines,
-    to_mapping,
-)
+from hri_prediction.motor_control.person_laws import fit_person_laws, law_lines
 from hri_prediction.motor_control.results_table import HEAD, draw, markdown, summary_rows
 from hri_prediction.motor_control.scaling import MAXIMUM, SCALINGS
 from hri_prediction.results.options import Scheduler, Workers, make_folders, resumable, run_app
@@ -44,6 +39,8 @@ from hri_prediction.results.progress import ProgressLine
 from hri_prediction.tracks.segmentation import SegmentationConfig
 
 REACHES, RESULTS, REPORT, PICTURE = "reaches.jsonl", "results.json", "results.md", "results.png"
+LAWS = "laws"
+"""Folder of the laws that were found, a file an arm."""
 _SMOKE_REACHES = 3
 MUCH_AT_LIMITS = 0.05
 """Share of a reach's samples at a limit of a joint, from which on the report says so."""
@@ -76,7 +73,7 @@ def write_results(
     skipped: Sequence[str],
     settings: dict[str, Any],
     origin: dict[str, Any],
-    laws: tuple[list[PersonLaw], list[str]] | None = None,
+    laws: tuple[list[dict[str, Any]], list[str]] | None = None,
 ) -> None:
     """Write results.json, results.md and results.png."""
     names = settings["costs"]
@@ -98,7 +95,7 @@ def write_results(
         )
     content = {**settings, "origin": origin, "skipped": list(skipped), "reaches": rows}
     if laws is not None:
-        content["laws"] = [to_mapping(one) for one in laws[0]]
+        content["laws"] = laws[0]
     (out / RESULTS).write_text(json.dumps(content, indent=1, allow_nan=False) + "\n")
     failed = [f"- {each.name}: {each.error}" for each in outcomes if each.error]
     misfits = [100.0 * reach.observed.misfit_m for reach in reaches]
@@ -261,7 +258,7 @@ def fit_ioc(
                     expected="one at least",
                 )
             if not is_prepared(convention):
-                progress.say("compiling the model of the arm, once (some twenty seconds)")
+                progress.say("compiling the model of the arm, once")
             # Splines pass what is slower than their knots: so many samples share an error.
             jobs = [
                 Job(
@@ -285,7 +282,17 @@ def fit_ioc(
             laws = None
             if law:
                 progress.say("fitting laws")
-                laws = fit_person_laws(reaches, outcomes, names, scaling, progress.count)
+                make_folders(laws=out / LAWS)
+                laws = fit_person_laws(
+                    reaches,
+                    outcomes,
+                    names,
+                    scaling,
+                    folder=out / LAWS,
+                    workers=workers or available_cores(),
+                    scheduler=scheduler,
+                    progress=progress.count,
+                )
         settings = {
             "files": [str(file) for file in files],
             "costs": list(names),
@@ -313,7 +320,7 @@ def fit_ioc(
     console.print(table)
     for one in laws[0] if laws is not None else ():
         console.print(
-            f"law of {one.person}: {one.reaches} reaches, {100.0 * one.fitted.rms_m:.2f} cm",
+            f"law of {one['person']}: {one['reaches']} reaches, {one['rms_cm']:.2f} cm",
             highlight=False,
         )
     if laws is not None:

@@ -1,6 +1,6 @@
 """The derived graph as machine code: compiled once for a convention, kept, and called from kernels.
 
-The first use on a machine takes some twenty seconds for a convention. What is kept is
+The first use on a machine takes some seconds for a convention. What is kept is
 named after all that decides about it: the derivation's source, CasADi, the compiler and the processor.
 """
 

@@ -113,6 +113,7 @@ class FittedLaw:
             say nothing of it.
         covariance: Of theta, row by row (7 (n - 1), 7 (n - 1)); directions that reaches say nothing of have
             a large variance.
+        left_out: Numbers of reaches of which no optimum was found, so that the law is not fitted to them.
     """
 
     law: WeightLaw
@@ -120,6 +121,7 @@ class FittedLaw:
     steps: int
     theta_sd: Array
     covariance: Array
+    left_out: tuple[int, ...] = ()
 
     def log_sd(self, q_start: ArrayLike, q_end: ArrayLike) -> Array:
         """Standard deviations of the logarithms of ratios (..., n - 1) between postures (..., 3) [rad]."""
@@ -161,7 +163,7 @@ def fit_law(
     Raises:
         ConfigError: on names that are no costs, or without joint jerk.
         DataError: without reaches, or when not all or none are said to be alike, or have a span.
-        NotConverged: the lower level was not solved.
+        NotConverged: the lower level was not solved for any of them.
     """
     if not reaches:
         raise DataError("no reaches to fit a law to", expected="one or more")
@@ -173,14 +175,18 @@ def fit_law(
     law = WeightLaw(names, np.zeros((len(names) - 1, len(FEATURES))))
     postures = mean_postures(reaches, alike or range(len(reaches)))
     free: Sequence[Span | None] = spans or [None] * len(reaches)
-    pooled = [
-        _Pooled(solver_of(each), each, names, scaling, ends, span)
-        for each, ends, span in zip(reaches, postures, free, strict=True)
-    ]
+    found: dict[int, _Pooled] = {}
+    lost: NotConverged | None = None
+    for number, (reach, ends, span) in enumerate(zip(reaches, postures, free, strict=True)):
+        try:
+            found[number] = _Pooled(solver_of(reach), reach, names, scaling, ends, span, law)
+        except NotConverged as error:
+            lost = error
+    if lost is not None and not found:
+        raise lost
+    pooled = list(found.values())
     samples = sum(each.observed.hand.size for each in pooled)
-    squares = sum(each.solve(law) for each in pooled)
-    if math.isfinite(squares):
-        squares = sum(each.accept(law) for each in pooled)
+    squares = sum(each.accept(law) for each in pooled)
     damping, done = 1e-3, 0
     size = law.theta.size
     for done in range(1, steps + 1):
@@ -209,7 +215,7 @@ def fit_law(
     for each in pooled:
         each.solve(law, fit_span=False)
     information, _ = _normal(pooled, law)
-    fitted = size + 2 * len(spans)
+    fitted = size + (2 * len(pooled) if spans else 0)
     noise = squares / max(samples - correlated * fitted, 1.0)
     covariance, unknown = _covariance(information, noise * correlated)
     sd = np.where(unknown, math.inf, np.sqrt(np.diag(covariance)))
@@ -219,6 +225,7 @@ def fit_law(
         done,
         sd.reshape(law.theta.shape),
         covariance,
+        tuple(number for number in range(len(reaches)) if number not in found),
     )
 
 
@@ -276,7 +283,13 @@ class _Pooled:
         scaling: str,
         ends: tuple[Array, Array],
         span: Span | None,
+        law: WeightLaw,
     ) -> None:
+        """Pose the problem, and solve it for a law to begin with.
+
+        Raises:
+            NotConverged: there is no optimum of it.
+        """
         self.solver, self.observed, self.names, self.ends = solver, observed, names, ends
         self.chosen = indices_of(names)
         self._scaling_name = scaling
@@ -284,6 +297,8 @@ class _Pooled:
         self.problem, self.scaling = self._posed(span)
         self._motion = self._tried = self.scaling.optima[JOINT_JERK]
         self._squares = math.inf
+        if not math.isfinite(self.solve(law)):
+            solver.solve(self.problem, self.scaling.weights(law.alpha(*ends), names))  # says so
 
     def _posed(self, span: Span | None) -> tuple[ReachProblem, Scaling]:
         """The problem, and the scale factors, that belong to a span."""

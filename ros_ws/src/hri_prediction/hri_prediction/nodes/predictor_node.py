@@ -96,9 +96,7 @@ class PredictorNode(HriNode):
         self._next_markers_ns = 0
         guess = declare_config(self, HybridConfig, prefix="guess")
         if self._config.hybrid:
-            self.get_logger().info(
-                "starting what learns people; the first time it is compiled, for half a minute"
-            )
+            self.get_logger().info("starting what learns people; the first time it is compiled")
         self._learning = (
             Learning(
                 targets_of(self._config.target_names, self._config.target_positions),

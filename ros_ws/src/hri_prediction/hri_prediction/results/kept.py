@@ -25,16 +25,31 @@ def kept(
         key: Stands for all else that does: settings, seeds, data.
         make: Does it; what comes of it is plain values, all numbers finite.
     """
+    file = kept_file(folder, work, packages, key)
+    content = read_kept(file)
+    if content is None:
+        content = make()
+        keep(file, content)
+    return content
+
+
+def kept_file(folder: Path, work: str, packages: Sequence[str], key: str) -> Path:
+    """Where a part is kept; arguments as of :func:`kept`."""
     parts = repr((dependency_hash(work), processor(), sorted(versions(packages).items()), key))
-    file = folder / f"{hashlib.sha256(parts.encode()).hexdigest()[:20]}.json"
+    return folder / f"{hashlib.sha256(parts.encode()).hexdigest()[:20]}.json"
+
+
+def read_kept(file: Path) -> dict[str, Any] | None:
+    """What is kept there; none: it was not done yet, or broken off."""
     try:
         content = json.loads(file.read_text())
-        if isinstance(content, dict):
-            return content
     except (OSError, ValueError):
-        pass  # not done yet, or broken off
-    content = make()
+        return None
+    return content if isinstance(content, dict) else None
+
+
+def keep(file: Path, content: dict[str, Any]) -> None:
+    """Keep what a part came to, whole or not at all."""
     new = file.with_suffix(".new")
     new.write_text(json.dumps(content, allow_nan=False) + "\n")
     new.replace(file)
-    return content

@@ -18,6 +18,8 @@ BAR_P50_MS = 1.0
 """From a sample to the prediction from it."""
 CALIBRATION = {50: (0.42, 0.58), 95: (0.90, 0.98)}
 """Shares of samples of recorded reaches that are to be within the central 50 % and 95 %."""
+MISSED = "**missed**"
+"""Verdict of a bar that is not met."""
 
 
 def report(content: Mapping[str, Any]) -> str:
@@ -108,7 +110,7 @@ def _family(family: str, found: Mapping[str, Any]) -> list[str]:
 
 
 def _cell(value: float, met: bool, text: str) -> str:
-    return f"{value:{text}}, {'met' if met else '**missed**'}"
+    return f"{value:{text}}, {'met' if met else MISSED}"
 
 
 def _settled(found: Mapping[str, Any]) -> str:

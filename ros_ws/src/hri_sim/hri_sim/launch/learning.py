@@ -25,7 +25,7 @@ def have_compiled(say: Callable[[str], None]) -> None:
         say: Told that it takes a while.
     """
     if not is_prepared(CONVENTION):
-        say("compiling what learns people, once: half a minute, on a busy machine more")
+        say("compiling what learns people, once")
         warm_loop()
 
 

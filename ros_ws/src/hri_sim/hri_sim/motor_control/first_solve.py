@@ -1,17 +1,23 @@
-"""How long the first optimum of a reach takes in a new process; the arm's model is compiled already."""
+"""How long the first optimum of a reach takes in a new process, on a new machine too."""
 
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 from hri_prediction.errors import HriError
 
 
-def first_solve() -> dict[str, float]:
+def first_solve(cache: Path | None = None) -> dict[str, float]:
     """Measured in a process of its own.
+
+    Args:
+        cache: Empty folder for all that is compiled, as on a machine where nothing is yet; none: what was
+            compiled before is used.
 
     Returns:
         ``import_s``: from its start until everything is imported; ``first_s``: from then on until the first
@@ -22,7 +28,9 @@ def first_solve() -> dict[str, float]:
         HriError: the process failed.
     """
     command = [sys.executable, "-m", "hri_sim.motor_control.first_solve", str(time.monotonic())]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    kept = {} if cache is None else {"XDG_CACHE_HOME": str(cache), "NUMBA_CACHE_DIR": str(cache)}
+    environment = {**os.environ, **kept}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     if done.returncode:
         last = (done.stderr.strip().splitlines() or ["nothing"])[-1]
         raise HriError(
