@@ -81,6 +81,19 @@ def test_the_minimum_is_as_low_as_another_solver_finds_it(seed: int, penalty: fl
     assert (found.weights >= 0.0).all()
 
 
+@pytest.mark.parametrize("seed", [109, 110, 123, 136, 154])
+def test_a_minimum_is_found_where_the_value_no_longer_tells_steps_apart(seed: int) -> None:
+    """The last step of each would lower the value by less than its last digit, and none was good enough."""
+    rng = np.random.default_rng(seed)
+    rng.normal(0.0, 1.0, 8)
+    samples = [rng.normal(0.3, 1.0, (60, 8)) for _ in range(16)]
+    found = learn([np.zeros(8)] * 16, samples)
+    _, slope = negative_log_likelihood(found.scaled, [own / found.scale for own in samples])
+    gradient = slope + found.penalty
+    inward = np.where(found.weights > 0.0, gradient, np.minimum(gradient, 0.0))
+    assert np.abs(inward).max() < 1e-6
+
+
 @given(st.integers(0, 10**6), st.floats(0.0, 1.0))
 @settings(max_examples=20)
 def test_the_objective_is_convex_and_has_a_bound(seed: int, share: float) -> None:

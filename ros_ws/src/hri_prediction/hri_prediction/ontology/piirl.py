@@ -159,6 +159,8 @@ def _minimise(scaled: Sequence[FloatArray], penalty: float) -> tuple[FloatArray,
         aim = factor @ weights - solve_triangular(factor, gradient, trans="T")
         step = nnls(factor, aim)[0] - weights
         fall, share = float(gradient @ step), 1.0
+        if -fall <= np.finfo(float).eps * max(abs(value), 1.0):
+            return weights, value  # what a step promises is less than the value can tell
         for _ in range(_HALVINGS):
             tried = np.maximum(weights + share * step, 0.0)
             better, slope = objective(tried)
