@@ -68,6 +68,8 @@ def test_reproduce_ontology(tmp_path: Path) -> None:
     results = json.loads((out / "ontology.json").read_text())
     assert results["counts"] == [512, 68, 20, 7]
     assert results["live_latency_ms"]["movements"] >= 2
+    # The latest one, for which 50 ms are asked for, hangs on what else the machine does.
+    assert results["live_latency_ms"]["case_p50"] <= 50.0
     assert results["live_latency_ms"]["case_most"] < 200.0
     assert results["planned"]["case_1"]["3"]["apart_cm"] > 0.1
     text = (out / "ontology.md").read_text()

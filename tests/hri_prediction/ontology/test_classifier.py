@@ -154,6 +154,13 @@ def test_too_little_to_train_on_is_said() -> None:
         train(np.full_like(x, np.nan), y, rng=np.random.default_rng(0))
 
 
+def test_a_distance_that_is_always_the_same_is_named() -> None:
+    features, labels = blobs((1, 2))
+    features[:, 0] = 0.3
+    with pytest.raises(DataError, match="the distance humerus-humerus is the same"):
+        train(features, labels, rng=np.random.default_rng(0))
+
+
 def test_groups_are_as_likely_as_their_cases_together(model: InteractionClassifier) -> None:
     x, _ = blobs(8)
     verdict = verdict_on(model, x[0])  # cases 1, 4 and 7: groups 1, 7 and 5

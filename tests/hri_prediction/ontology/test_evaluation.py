@@ -17,6 +17,7 @@ from hri_prediction.ontology.evaluation import (
     individual,
     leave_sessions_out,
     leave_subject_out,
+    of_one_alone,
     positions_apart,
     random_half,
     summed,
@@ -77,6 +78,18 @@ def test_nobody_who_is_left_out_is_learnt_from() -> None:
     assert leave_subject_out(wrong, "a", FULL, 0).overall == 0.0
     assert leave_subject_out(wrong, "a", FULL, 0).counts.sum() == 36
     assert leave_subject_out(table, "a", FULL, 0).overall == 1.0
+
+
+def test_what_nobody_else_did_is_not_asked_of_their_machine() -> None:
+    both, alone = made((1, 2)), made((3,), ("a",))
+    table = joined([both, alone])
+    np.testing.assert_array_equal(of_one_alone(table, "a", FULL), [3])
+    np.testing.assert_array_equal(of_one_alone(table, "b", FULL), [])
+    found = leave_subject_out(table, "a", FULL, 0)
+    assert found.counts.sum() == 24
+    assert np.isnan(found.rates[2])
+    with pytest.raises(DataError, match="nobody else did what c did"):
+        leave_subject_out(joined([both, made((3,), ("c",))]), "c", FULL, 0)
 
 
 def test_recordings_are_left_out_whole() -> None:

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import savgol_filter
 
-from hri_prediction.ontology.smoothing import SmoothedArm
+from hri_prediction.ontology.smoothing import SmoothedArm, smoothed_track, wide_enough
 
 STEP = 0.004
 
@@ -43,6 +43,17 @@ def test_slower_sources_are_smoothed_too(rate_hz: float) -> None:
     arm = pushed(bent, times)
     for at in inner:
         np.testing.assert_allclose(arm.at(at), at**2, atol=1e-9)
+
+
+@pytest.mark.parametrize(("rate_hz", "half"), [(250.0, 0.08), (40.0, 0.08), (20.0, 0.13)])
+def test_recordings_of_any_rate_are_smoothed(rate_hz: float, half: float) -> None:
+    times = np.arange(200) / rate_hz
+    assert wide_enough(times, 0.08) == pytest.approx(half)
+    noise = np.random.default_rng(1).normal(0.0, 1.0, (200, 4, 3))
+    inner = np.arange(1.0, times[-1] - 1.0, 0.02) if rate_hz < 100.0 else times[50:150]
+    found = smoothed_track(times, noise, inner, wide_enough(times, 0.08), 0.2)
+    assert found.std() < 0.72
+    assert wide_enough(times[:1], 0.08) == 0.08
 
 
 @given(st.integers(0, 10**6))

@@ -232,6 +232,48 @@ def test_identities_that_swap_while_markers_are_lost(
     assert any("jumped" in s.reason for s in found)
 
 
+@pytest.mark.parametrize("hidden_s", [0.2, 0.5, 0.8])
+def test_a_wrist_that_is_hidden_for_long_and_stops_meanwhile_has_not_jumped(
+    hidden_s: float,
+) -> None:
+    """Where it was going then lies beyond the other one's wrist, which is nearer to where it stopped."""
+    a = arm_track([(0.5, 0.8, 0.3)], 3.0)
+    b = arm_track([(1.0, 1.2, -0.1)], 3.0, away=0.5, name="b")
+    points = a.keypoints.copy()
+    points[(a.time_s > 0.9) & (a.time_s < 0.9 + hidden_s)] = np.nan
+    watch, jumps = DyadWatch(), []
+    found = []
+    for agent, sample in merged((dataclasses.replace(a, keypoints=points), b)):
+        found += watch.push(agent, sample)
+        jumps.append(watch.jump)
+    found += watch.finish()
+    assert not any(jumps)
+    assert any(s.agent == 0 and s.reason == "the arm was lost sight of" for s in found)
+    assert any(s.agent == 1 and s.end_ns > 1.9e9 for s in found)
+    assert not any("jumped" in s.reason for s in found)
+
+
+def test_movements_that_are_not_told_of_yet_are_broken_off_too() -> None:
+    """One is over, and the other one's samples are late; the other's is under way."""
+    a = arm_track([(0.5, 0.8, 0.3)], 2.5)
+    b = arm_track([(0.6, 1.5, -0.1)], 2.5, away=0.65, name="b")
+    watch = DyadWatch()
+    told = []
+    for agent, sample in merged((a, b)):
+        if sample.stamp_ns > 1.6e9 or (agent == 1 and sample.stamp_ns > 1.2e9):
+            continue
+        told += watch.push(agent, sample)
+    assert told == []
+    found = watch.broken_off("enough")
+    assert [(s.agent, s.reason, s.features) for s in found] == [
+        (0, "enough", None),
+        (1, "enough", None),
+    ]
+    assert found[0].end_ns == pytest.approx(1.3e9, abs=3e7)
+    watch.restart()
+    assert watch.broken_off("again") == []
+
+
 def test_a_jump_of_the_other_one_ends_what_is_under_way() -> None:
     a = arm_track([(0.5, 1.0, 0.3)], 2.5)
     b = arm_track([], 2.5, away=0.6, name="b")

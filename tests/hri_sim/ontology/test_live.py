@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
-from hri_sim.ontology.live import Heard, figures_of, live_lines, live_summary
+from hri_sim.ontology.live import Heard, figures_of, live_lines, live_summary, settled
 
 MS = 1_000_000
 
@@ -66,3 +67,14 @@ def test_nothing_heard() -> None:
     assert found.movements == 0
     assert math.isnan(found.same)
     assert "No movement" in "\n".join(live_lines({}))
+
+
+def test_movements_that_began_before_the_first_was_over_do_not_count() -> None:
+    """Of the other one's, which was under way then, what was told before is not forgotten alone."""
+    early = told(900, 3, first="b"), told(1000, 3, end_ms=800), told(1050, 3, first="b", end_ms=950)
+    assert settled(early) == []
+    later = [
+        replace(each, onset_ns=1100 * MS) for each in (told(1200, 4), told(1300, 4, end_ms=1150))
+    ]
+    assert settled([*early, *later]) == later
+    assert settled([]) == settled([told(900, 3)]) == []

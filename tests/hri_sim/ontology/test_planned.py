@@ -11,7 +11,7 @@ import pytest
 from hri_planner.robot import load_robot
 from hri_sim.benchmark.outcome import Execution
 from hri_sim.ontology import planned
-from hri_sim.ontology.planned import NONE, Way, crossed, effect, effect_lines
+from hri_sim.ontology.planned import AGAIN, NONE, Way, crossed, effect, effect_lines
 
 
 def way(condition: int, case: str, shift: float, cost: float, seconds: float | None = 1.5) -> Way:
@@ -24,10 +24,14 @@ def way(condition: int, case: str, shift: float, cost: float, seconds: float | N
     )
 
 
+def again(condition: int, shift: float) -> Way:
+    return replace(way(condition, AGAIN, shift, 1.0), weight=0.0)
+
+
 def test_the_effect_is_of_the_same_reaches() -> None:
     ways = [
-        way(0, NONE, 0.0, 1.0), way(0, "case_3", 0.02, 0.9),
-        way(10, NONE, 0.0, 2.0), way(10, "case_3", 0.04, 1.6, None),
+        way(0, NONE, 0.0, 1.0), again(0, 0.005), way(0, "case_3", 0.02, 0.9),
+        way(10, NONE, 0.0, 2.0), again(10, 0.007), way(10, "case_3", 0.04, 1.6, None),
     ]  # fmt: skip
     found = effect(ways, "case_3", 2.0)
     assert found["reaches"] == 2
@@ -36,7 +40,9 @@ def test_the_effect_is_of_the_same_reaches() -> None:
     assert found["cost_less_share"] == 1.0
     assert found["seconds"] == 0.0
     assert (found["ok_without"], found["ok_with"]) == (1.0, 0.5)
-    assert "| case_3 | 2 | 3.0 cm | -15.0 % | 100 % |" in "\n".join(effect_lines(ways, ["case_3"]))
+    text = "\n".join(effect_lines(ways, ["case_3"]))
+    assert "| case_3 | 2 | 3.0 cm | -15.0 % | 100 % |" in text
+    assert "| none, another seed | – | 0.6 cm | – |" in text
 
 
 def test_costs_are_crossed_with_those_of_other_cases() -> None:
@@ -45,6 +51,7 @@ def test_costs_are_crossed_with_those_of_other_cases() -> None:
         replace(way(0, case, 0.0, 1.0), costs={"case_1": one, "case_3": three})
         for case, one, three in ((NONE, 1.0, 2.0), ("case_1", 0.9, 2.0), ("case_3", 0.95, 1.0))
     ]
+    ways.append(replace(again(0, 0.01), costs={"case_1": 1.0, "case_3": 2.0}))
     np.testing.assert_allclose(crossed(ways, names, 2.0), [[-10.0, 0.0], [-5.0, -50.0]])
     assert "| case_3 | -5.0 % | -50.0 % |" in "\n".join(effect_lines(ways, names))
 

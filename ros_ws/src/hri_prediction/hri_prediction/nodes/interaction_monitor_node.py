@@ -130,12 +130,10 @@ class InteractionMonitorNode(HriNode):
             self.listen(HumanArm, _ARM_TOPIC.format(body), self._on_arm, SENSOR)
 
     def _restart(self, reason: str, bodies: tuple[str, str] | None) -> None:
-        """Begin anew; movements that were under way are refused."""
-        end_ns = max(self._newest_ns)
-        for agent in AGENTS if bodies else ():
-            if self._watch.moving(agent):
-                onset_ns = self._watch.onset_ns(agent)
-                self._tell_segment(Segment(agent, onset_ns, end_ns, None, reason), bodies)
+        """Begin anew; movements that were under way, or not told of yet, are refused."""
+        if bodies:
+            for segment in self._watch.broken_off(reason):
+                self._tell_segment(segment, bodies)
         self._watch.restart()
         self._newest_ns = [0, 0]
         self._seen_ns.fill(0)

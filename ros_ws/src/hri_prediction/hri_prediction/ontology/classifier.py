@@ -264,6 +264,15 @@ def train(
             expected=f"two classes or more, {2 * _FOLDS} segments of each",
         )
     both = np.concatenate((x, x[:, EXCHANGED])), np.concatenate((y, y))
+    flat = [
+        name for name, spread in zip(FEATURES, np.ptp(both[0], axis=0), strict=True) if not spread
+    ]
+    if flat:
+        raise DataError(
+            f"the distance {flat[0]} is the same in all segments",
+            expected="distances that differ",
+            hint="are two keypoints the same?",
+        )
     if slope is None:
         named = None if groups is None else np.asarray(groups, dtype=np.int64)
         slope = _likeliest_slope(x, y, named, cost, rng)

@@ -112,11 +112,24 @@ def random_half(table: SegmentTable, kind: str, seed: int, cost: float = COST) -
 def leave_subject_out(
     table: SegmentTable, subject: str, kind: str, seed: int, cost: float = COST
 ) -> Confusion:
-    """Learn everybody else, be asked of one."""
+    """Learn everybody else, be asked of what one did that somebody else did too.
+
+    Raises:
+        DataError: when nobody else did any of it.
+    """
     rng = np.random.default_rng(seed)
-    labels, tested = labels_of(table, kind), table.subject == subject
-    found = judged(table, ~tested, tested, kind, rng, cost)
+    labels, own = labels_of(table, kind), table.subject == subject
+    tested = own & ~np.isin(labels, of_one_alone(table, subject, kind))
+    if not tested.any():
+        raise DataError(f"nobody else did what {subject} did", expected="a case that two did")
+    found = judged(table, ~own, tested, kind, rng, cost)
     return confusion(labels[tested], found, np.unique(labels))
+
+
+def of_one_alone(table: SegmentTable, subject: str, kind: str) -> IntArray:
+    """Numbers of the classes that one person did and nobody else (c,): no machine of others knows them."""
+    labels, own = labels_of(table, kind), table.subject == subject
+    return np.setdiff1d(labels[own], labels[~own])
 
 
 def leave_sessions_out(table: SegmentTable, kind: str, seed: int, cost: float = COST) -> Confusion:

@@ -14,7 +14,7 @@ from hri_prediction.ontology.config import WatchConfig
 from hri_prediction.ontology.costs import LENGTH_M, path_costs
 from hri_prediction.ontology.piirl import Learnt, learn
 from hri_prediction.ontology.sampling import BEYOND, draw_around
-from hri_prediction.ontology.smoothing import smoothed_track
+from hri_prediction.ontology.smoothing import smoothed_track, wide_enough
 from hri_prediction.ontology.upper_body import UpperBody, body_of, joints_of
 from hri_prediction.ontology.watch import segments_of
 from hri_prediction.tracks.track import ArmTrack
@@ -86,7 +86,11 @@ def movements_of(
         times = np.concatenate((times[0] - more[::-1], times, times[-1] + more))
         whole, other = (
             smoothed_track(
-                tracks[agent].time_s, tracks[agent].keypoints, times, SMOOTHING_S, settings.max_gap
+                tracks[agent].time_s,
+                tracks[agent].keypoints,
+                times,
+                wide_enough(tracks[agent].time_s, SMOOTHING_S),
+                settings.max_gap,
             )
             for agent in (segment.agent, 1 - segment.agent)
         )

@@ -92,6 +92,18 @@ def smoothed_at(
             out[key, axis] = one + share * (other - one)
 
 
+def wide_enough(time_s: FloatArray, half: float) -> float:
+    """Half a window for the samples of a recording [s]: of slow ones, as wide as five of them take.
+
+    Args:
+        time_s: Of the samples, increasing (n,) [s].
+        half: Half the window that is wanted [s].
+    """
+    if len(time_s) < 2:
+        return half
+    return max(half, _LEAST_PERIODS * float(np.median(np.diff(time_s))))
+
+
 def smoothed_track(
     time_s: FloatArray, keypoints: FloatArray, times: FloatArray, half: float, max_gap: float
 ) -> FloatArray:

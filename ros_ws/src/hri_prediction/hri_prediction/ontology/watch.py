@@ -178,8 +178,9 @@ class DyadWatch:
         span = gap * (0.5 * gap + 0.5 * _SPEED_S)
         if off > JUMP_M + self.config.plausible_acceleration * span:
             return way
-        # Nearer to where the other one's was going: the two were exchanged.
-        if partner and off > JUMP_M:
+        # Nearer to where the other one's was going: the two were exchanged. Of one that was not seen for
+        # long nobody knows where it was going, and its movement is lost anyway.
+        if partner and off > JUMP_M and gap <= self.segmentation.max_gap + ROUNDING_S:
             theirs = float(np.linalg.norm(wrist - _going_to(partner, time_s)))
             return way if theirs < 0.5 * off else 0.0
         return 0.0
@@ -274,6 +275,20 @@ class DyadWatch:
     def moving(self, agent: int) -> bool:
         """Whether an agent's segment is under way."""
         return self._agents[agent].onset_s is not None
+
+    def broken_off(self, reason: str) -> list[Segment]:
+        """All movements that are not told of yet, under way or over, where nothing goes on.
+
+        Args:
+            reason: Why.
+        """
+        now_s = max(own.arm.newest_s for own in self._agents)
+        found = []
+        for agent, own in enumerate(self._agents):
+            found += [self._none(agent, *ends, reason) for ends in own.waiting]
+            if own.onset_s is not None:
+                found.append(self._none(agent, own.onset_s, now_s, reason))
+        return found
 
     def ending(self, agent: int) -> bool:
         """Whether a segment under way may soon be over: its wrist is slowing down."""

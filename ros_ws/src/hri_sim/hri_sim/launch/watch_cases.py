@@ -20,7 +20,7 @@ from hri_prediction.ros.qos import reliable
 from hri_prediction.ros.time import to_ns
 from hri_sim.launch.parameters import complete_parameters, read_parameters
 from hri_sim.launch.supervisor import NodeSpec, Supervisor
-from hri_sim.ontology.live import Heard, figures_of, live_summary
+from hri_sim.ontology.live import Heard, figures_of, live_summary, settled
 
 TOPIC = "/interaction/case"
 MONITOR, DYAD = "interaction_monitor", "dyad"
@@ -80,13 +80,11 @@ def listen_live(folder: Path, case: int, seed: int, seconds: float) -> list[Hear
                 executor.spin_once(timeout_sec=0.05)
                 if not begun and any(told.complete for told in heard):
                     begun, until = True, time.monotonic() + seconds
-                    # The first one may have been while nodes were still starting.
-                    heard.clear()
     finally:
         executor.shutdown()
         node.destroy_node()
         rclpy.try_shutdown(context=context)
-    return heard
+    return settled(heard)
 
 
 def measure_live(

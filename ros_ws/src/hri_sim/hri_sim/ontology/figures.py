@@ -9,6 +9,7 @@ import numpy as np
 
 from hri_prediction.ontology.evaluation import KINDS, Confusion, summed
 from hri_sim.ontology.splits import (
+    ALONE,
     INDIVIDUAL,
     LEFT_OUT,
     POSITION_OUT,
@@ -35,6 +36,12 @@ def left_out(told: Told) -> list[str]:
         f"{content[LEFT_OUT]}"
         for split, content in told.items()
         if LEFT_OUT in content
+    ]
+    lines += [
+        f"{split.kind}, {split.who}, {split.labels} ontology: nobody else did "
+        f"{', '.join(map(str, content[ALONE]))}"
+        for split, content in told.items()
+        if content.get(ALONE)
     ]
     return list(dict.fromkeys(lines))
 

@@ -61,6 +61,16 @@ class LiveFigures:
     same: float
 
 
+def settled(heard: Sequence[Heard]) -> list[Heard]:
+    """What was heard of movements that began when the first one had been told: all nodes run by then.
+
+    Args:
+        heard: Of movements, in the order of time.
+    """
+    first = next((told.at_ns for told in heard if told.complete), None)
+    return [told for told in heard if first is not None and told.onset_ns >= first]
+
+
 def figures_of(heard: Sequence[Heard]) -> LiveFigures:
     """Figures of what was heard on the topic.
 

@@ -34,6 +34,9 @@ WORK = __name__
 PACKAGES = ("numpy", "scipy", "numba", "mujoco")
 SPLIT = "test"
 NONE = ""
+AGAIN = "another seed"
+"""Once more without costs, with another seed of what is tracked and of the planner: how far ways differ
+anyway."""
 POINTS = 50
 """Places of a way that are compared with those of another."""
 WEIGHTS = (3.0, 10.0)
@@ -46,7 +49,7 @@ class Way:
 
     Attributes:
         condition: Number of the reach.
-        case: Whose costs the planner had; empty: none.
+        case: Whose costs the planner had; empty, or :data:`AGAIN`: none.
         weight: Of these costs.
         tool: Where the tool was, evenly spaced along its way (POINTS, 3) [m].
         costs: What the motion costs in each case that is compared, without the weight.
@@ -94,7 +97,9 @@ def go(cases: Sequence[str], seed: int, job: tuple[int, str, float]) -> Way:
     task, place = divmod(number, CONDITIONS_A_TASK)
     condition = task_conditions(SPLIT, task).conditions[place]
     settings: tuple[tuple[str, float | int | str], ...] = ()
-    if case:
+    if case == AGAIN:
+        seed += 1
+    elif case:
         settings = (("interaction_costs", case), ("interaction_weight", weight))
     setup = PlannerSetup("ptomp", "PTOMP", settings=settings)
     run, outcome = watch_episode(
@@ -134,7 +139,7 @@ def compare(
     progress: Callable[[int, int], None],
     weights: Sequence[float] = WEIGHTS,
 ) -> list[Way]:
-    """All reaches without, and with the costs of each case.
+    """All reaches without costs, without them by another seed, and with the costs of each case.
 
     Args:
         cases: Names.
@@ -147,7 +152,7 @@ def compare(
     """
     # Spread over tasks: each has a person and a goal of its own.
     numbers = [CONDITIONS_A_TASK * k for k in range(count)]
-    kinds = [(NONE, 0.0), *((case, weight) for case in cases for weight in weights)]
+    kinds = [(NONE, 0.0), (AGAIN, 0.0), *((case, weight) for case in cases for weight in weights)]
     jobs = [(number, *kind) for number in numbers for kind in kinds]
     found: list[Way] = []
     with closing(
@@ -164,17 +169,22 @@ def _pairs(ways: Sequence[Way], case: str, weight: float) -> list[tuple[Way, Way
     return [(plain[w.condition], w) for w in ways if (w.case, w.weight) == (case, weight)]
 
 
+def apart_cm(ways: Sequence[Way], case: str, weight: float) -> float:
+    """How far ways are from those without costs where they are farthest; median of all reaches [cm]."""
+    apart = [np.linalg.norm(a.tool - b.tool, axis=1).max() for a, b in _pairs(ways, case, weight)]
+    return 100.0 * float(np.median(apart))
+
+
 def effect(ways: Sequence[Way], case: str, weight: float) -> dict[str, float]:
     """What the costs of a case change, over all reaches; no seconds where none arrives both ways."""
     pairs = _pairs(ways, case, weight)
-    apart = [float(np.linalg.norm(a.tool - b.tool, axis=1).max()) for a, b in pairs]
     cost = [b.costs[case] / a.costs[case] - 1.0 for a, b in pairs]
     later = [
         b.seconds - a.seconds for a, b in pairs if a.seconds is not None and b.seconds is not None
     ]
     return {
         "reaches": len(pairs),
-        "apart_cm": 100.0 * float(np.median(apart)),
+        "apart_cm": apart_cm(ways, case, weight),
         "cost_percent": 100.0 * float(np.median(cost)),
         "cost_less_share": float(np.mean(np.array(cost) < 0.0)),
         "clearance_cm": 100.0 * float(np.median([b.clearance - a.clearance for a, b in pairs])),
@@ -186,17 +196,24 @@ def effect(ways: Sequence[Way], case: str, weight: float) -> dict[str, float]:
 
 def effect_lines(ways: Sequence[Way], cases: Sequence[str]) -> list[str]:
     """The part of a report that says what learnt costs change."""
-    weights = sorted({way.weight for way in ways if way.case != NONE})
+    weights = sorted({way.weight for way in ways if way.case not in (NONE, AGAIN)})
     some = _pairs(ways, cases[0], weights[0])
     text = [
         "### Learnt costs in the planner\n",
         f"PTOMP past {len(some)} simulated people who reach (the benchmark's {SPLIT} conditions, one of "
         "each task), with `planner.interaction_costs` and without, all else the same: median of each "
-        "reach's difference. The cost is that of the case itself, of the motion as it was executed.\n",
+        "reach's difference. The cost is that of the case itself, of the motion as it was executed. Ways "
+        "differ "
+        "by what is drawn, too: once more without costs, by another seed, says how far.\n",
         "| costs of | weight | farthest apart | learnt cost | less in | clearance | time to the goal | "
         "ok without | ok with |",
         "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
+    again = [b.ok for _, b in _pairs(ways, AGAIN, 0.0)]
+    text.append(
+        f"| none, {AGAIN} | – | {apart_cm(ways, AGAIN, 0.0):.1f} cm | – | – | – | – | – | "
+        f"{100 * float(np.mean(again)):.0f} % |"
+    )
     for case in cases:
         for weight in weights:
             row = effect(ways, case, weight)
@@ -255,7 +272,7 @@ def draw_ways(path: Path, ways: Sequence[Way], cases: Sequence[str], weight: flo
         axes.set_axis_off()
     for axes, number in zip(grid.flat, shown, strict=False):
         for way in ways:
-            if way.condition != number or (way.case and way.weight != weight):
+            if way.condition != number or way.case == AGAIN or (way.case and way.weight != weight):
                 continue
             name = way.case.replace("_", " ") or "none"
             style = {"color": "black", "linewidth": 1.8} if not way.case else {"linewidth": 1.1}

@@ -76,7 +76,7 @@ def least_lines(shown: Mapping[str, Mapping[str, Confusion]]) -> list[str]:
         ]
         text.append(
             f"| {name} | {100 * float(np.nanmean(found.rates)):.1f} % | {', '.join(low) or 'none'} | "
-            f"{'**missed**' if low else 'met'} |"
+            f"{'set, not judged' if kind == RANDOM else '**missed**' if low else 'met'} |"
         )
     return [*text, ""] if own else []
 

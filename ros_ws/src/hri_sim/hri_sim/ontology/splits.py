@@ -26,6 +26,7 @@ from hri_prediction.ontology.evaluation import (
     labels_of,
     leave_sessions_out,
     leave_subject_out,
+    of_one_alone,
     position_out,
     positions_apart,
     random_half,
@@ -41,6 +42,8 @@ RANDOM, SUBJECT, SESSIONS, POSITIONS, POSITION_OUT, INDIVIDUAL = (
     "random", "subject", "sessions", "positions", "position_out", "individual",
 )  # fmt: skip
 LEFT_OUT = "left_out"
+ALONE = "of_one_alone"
+"""Classes of a person that nobody else did, of which the others' machine is not asked."""
 """Key of the reason why a split cannot be done."""
 PACKAGES = ("numpy", "scipy", "scikit-learn")
 WORK = "hri_prediction.ontology.evaluation"
@@ -124,7 +127,9 @@ def _done(table: SegmentTable, split: Split) -> dict[str, Any]:
     if split.kind == SESSIONS:
         return _confusion(leave_sessions_out(table, split.labels, seed, cost))
     if split.kind == SUBJECT:
-        return _confusion(leave_subject_out(table, split.who, split.labels, seed, cost))
+        own = of_one_alone(table, split.who, split.labels)
+        found = leave_subject_out(table, split.who, split.labels, seed, cost)
+        return {**_confusion(found), ALONE: own.tolist()}
     if split.kind == POSITIONS:
         apart = positions_apart(table, FIRST_CASES, seed, cost)
         return {name: _confusion(found) for name, found in apart.items()}
