@@ -260,7 +260,7 @@ def test_movements_that_are_not_told_of_yet_are_broken_off_too() -> None:
     watch = DyadWatch()
     told = []
     for agent, sample in merged((a, b)):
-        if sample.stamp_ns > 1.6e9 or (agent == 1 and sample.stamp_ns > 1.2e9):
+        if sample.stamp_ns > 1.42e9 or (agent == 1 and sample.stamp_ns > 1.2e9):
             continue
         told += watch.push(agent, sample)
     assert told == []

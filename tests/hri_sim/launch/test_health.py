@@ -245,7 +245,8 @@ def test_an_answer_that_did_not_count_is_told_once(health: GraphHealth, told: li
         ("stopped: no plan", "stopping", True),
         ("the robot touches a person", "stopping", True),
         ("tracking", "tracking", False),
-        ("the robot touches a person", "tracking", False),
+        ("the robot touches a person", "idle", True),
+        ("the robot touches a person; this node was not run for 0.50 s", "idle", False),
         (f"{NO_HEARTBEAT}; stopped: no plan", "stopping", False),
     ],
 )

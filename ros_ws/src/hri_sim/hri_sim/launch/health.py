@@ -12,7 +12,7 @@ from hri_prediction.ros.node import STANDSTILL
 from hri_sim.launch.vital import hears
 from hri_sim.nodes.recorder_node import TROUBLES
 from hri_sim.recording.condition import TRANSPORT
-from hri_sim.simulator.controller import STOPPING
+from hri_sim.simulator.controller import STOPPING, TOUCHED
 from hri_sim.simulator.stopchain import NO_HEARTBEAT
 
 RECORDER, MONITOR, SIMULATOR = "recorder", "separation_monitor", "simulator"
@@ -128,13 +128,15 @@ class GraphHealth:
 
     @property
     def holds(self) -> bool:
-        """Whether all that the simulator warns of is a motion that was broken off.
+        """Whether all that the simulator warns of is that its robot was stopped, or that it is touched.
 
-        It does until the next one. Somebody may lean on the robot meanwhile.
+        It says so until the next motion, or until whoever leans on the robot goes.
         """
         status = self._statuses.get(SIMULATOR)
         if status is None or NO_HEARTBEAT in status.message:
             return False
+        if status.message == TOUCHED:
+            return True
         return any(item.key == "controller" and item.value == STOPPING for item in status.values)
 
     def _tell_fault(self, status: DiagnosticStatus) -> None:

@@ -27,7 +27,7 @@ from hri_prediction.ros.time import seconds_to_ns, to_ns, to_time
 from hri_sim.nodes.arms import TrueArms
 from hri_sim.scenario.schema import Scenario, load_scenario
 from hri_sim.scenario.shipped import load_shipped
-from hri_sim.simulator.controller import IDLE, STOPPING, TRACKING
+from hri_sim.simulator.controller import IDLE, STOPPING, TOUCHED, TRACKING
 from hri_sim.simulator.simulation import STEP_NS, Simulation, SimulatorConfig
 from hri_sim.simulator.stopchain import NO_HEARTBEAT
 from hri_sim.simulator.trajectory import JointTrajectory
@@ -314,7 +314,7 @@ class SimulatorNode(HriNode):
         }
         contacts = self._simulation.contacts()[0]
         if contacts:
-            return ERROR, "the robot touches a person", figures
+            return ERROR, TOUCHED, figures
         # Standing, the robot does not need the heartbeat, but could not set off without it.
         stopped = controller.state == STOPPING and not controller.chain.halting
         if stopped or controller.chain.reason == NO_HEARTBEAT:

@@ -18,9 +18,9 @@ KINDS = {
     PROCESSES: "**processes**: as users run them, on this machine's clock; times count from just before "
     "the signal is sent, joint states by their stamps, words by when they are heard. Steps and touches "
     "count until all nodes are well again, which is when all say at once that nothing is wrong now (the "
-    "simulator may say that a motion was broken "
-    "off, and the recorder what was lost on the way: that stays so); each "
-    "repetition begins with a robot that sets out, so the one before went on",
+    "simulator may say that its motion was broken off or that somebody leans on its robot, and the "
+    "recorder what was lost on the way: that stays so); each repetition begins with a robot that sets "
+    "out, so the one before went on",
     FILES: "**files**: no graph",
 }
 
