@@ -12,7 +12,7 @@ from hri_prediction.errors import ConfigError
 from hri_prediction.results.progress import ProgressLine
 from hri_sim.launch.adaptation import AdaptationOptions, run_adaptation
 from hri_sim.launch.run import RunOptions, prepare
-from hri_sim.launch.separation import MONITOR, check_stopping
+from hri_sim.launch.separation import MONITOR, check_stopping, permitted_words
 
 SAID = (
     "stopping_time = 0.07 s, but the controller takes 0.3 s to stop"
@@ -67,3 +67,23 @@ def test_in_an_experiment(tmp_path: Path, parameters: Path, human: str) -> None:
     console = Console()
     with ProgressLine(console) as line, pytest.raises(ConfigError, match=SAID):
         run_adaptation(options, console, line)
+
+
+@pytest.mark.parametrize(
+    ("monitor", "said"),
+    [
+        ({}, ""),
+        ({"evasion": False, "contact_speed": 0.0}, ""),
+        (
+            {"evasion": True, "contact_speed": 0.15},
+            "may leave people at any speed and go at 0.15 m/s beside",
+        ),
+        ({"evasion": True}, "the robot may leave people at any speed, and so touch them"),
+    ],
+)
+def test_what_a_monitor_permits_beside_people_is_said(
+    monitor: dict[str, object], said: str
+) -> None:
+    words = permitted_words({MONITOR: monitor} if monitor else {})
+    assert said in words
+    assert bool(said) is bool(words)

@@ -105,7 +105,10 @@ def test_what_can_be_salvaged_and_what_cannot_have_their_exit_codes(
     # Its recorder was killed before the first message: there is nothing to salvage.
     file.write_bytes(content[:60])
     assert inspect_tool.main([str(bag)]) == 1
-    assert "has no message that can be read" in capsys.readouterr().out
+    said = capsys.readouterr()
+    assert "has no message that can be read" in said.out
+    assert "--salvage" not in said.out
+    assert said.err == f"inspect_bag.py: no message of {bag} can be read\n"
     assert inspect_tool.main([str(bag), "--salvage", str(tmp_path / "nothing")]) == 1
     file.write_bytes(b"")
     assert inspect_tool.main([str(bag)]) == 1

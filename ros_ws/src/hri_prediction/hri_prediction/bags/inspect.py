@@ -233,7 +233,7 @@ def _latency(log: array.array[int], sent: array.array[int]) -> Latency | None:
 def _warnings(reader: BagReader, damage: str, topics: tuple[TopicReport, ...]) -> tuple[str, ...]:
     found = [damage] if damage else []
     found += [text for condition in reader.conditions for text in condition.words()]
-    if found:
+    if found and any(topic.count for topic in topics):
         found.append(
             f"counted here is what can be read; {salvage_command(reader.path)} makes a whole bag of that"
         )

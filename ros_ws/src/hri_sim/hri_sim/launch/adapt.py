@@ -47,7 +47,7 @@ from hri_sim.launch.deaths import ON_DEATH, STOP
 from hri_sim.launch.folder import naming
 from hri_sim.launch.lockstep import run_in_lockstep
 from hri_sim.launch.options import Parameters, Seed, default_folder, one_of
-from hri_sim.launch.separation import DEFAULT_SEPARATION, SEPARATIONS, Separation
+from hri_sim.launch.separation import DEFAULT_SEPARATION, SEPARATIONS, WITHOUT, Separation
 from hri_sim.launch.telling import explain, left_words, print_line
 from hri_sim.readability.batch import PEOPLE, batch_table, learn_all
 from hri_sim.readability.library_command import DEFAULT_LIBRARY
@@ -205,7 +205,7 @@ def adapt(
             population=population,
             parameters=parameters,
             record=record,
-            separation=one_of("separation", separation, SEPARATIONS),
+            separation=one_of("separation", separation, SEPARATIONS, WITHOUT),
             on_death=one_of("on-death", on_death, ON_DEATH),
         )
         done, begun = _one(options, mode, console)

@@ -32,7 +32,7 @@ from hri_sim.launch.options import (
     one_of,
 )
 from hri_sim.launch.run import RunOptions
-from hri_sim.launch.separation import DEFAULT_SEPARATION, SEPARATIONS, Separation
+from hri_sim.launch.separation import DEFAULT_SEPARATION, SEPARATIONS, WITHOUT, Separation
 from hri_sim.launch.telling import explain
 from hri_sim.readability.scene import policy_scenario
 from hri_sim.scenario.schema import Scenario
@@ -99,7 +99,7 @@ def launch(
             out=out or default_folder("dmp"),
             bag=record,
             seed=seed,
-            separation=one_of("separation", separation, SEPARATIONS),
+            separation=one_of("separation", separation, SEPARATIONS, WITHOUT),
             on_death=one_of("on-death", on_death, ON_DEATH),
             scenario=scenario,
             drawn=drawn,

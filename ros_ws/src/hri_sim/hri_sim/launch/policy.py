@@ -33,7 +33,7 @@ from hri_sim.launch.options import (
     one_of,
 )
 from hri_sim.launch.run import RunOptions
-from hri_sim.launch.separation import DEFAULT_SEPARATION, SEPARATIONS, Separation
+from hri_sim.launch.separation import DEFAULT_SEPARATION, SEPARATIONS, WITHOUT, Separation
 from hri_sim.launch.telling import explain
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
@@ -85,7 +85,7 @@ def launch(
             out=out or default_folder("rnn"),
             bag=record,
             seed=seed,
-            separation=one_of("separation", separation, SEPARATIONS),
+            separation=one_of("separation", separation, SEPARATIONS, WITHOUT),
             on_death=one_of("on-death", on_death, ON_DEATH),
             scenario=scenario,
             reaches=reaches,

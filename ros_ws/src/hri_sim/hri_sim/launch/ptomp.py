@@ -28,7 +28,7 @@ from hri_sim.launch.options import (
     one_of,
 )
 from hri_sim.launch.run import RunOptions
-from hri_sim.launch.separation import DEFAULT_SEPARATION, SEPARATIONS, Separation
+from hri_sim.launch.separation import DEFAULT_SEPARATION, SEPARATIONS, WITHOUT, Separation
 
 PLANNERS = live_names()
 PEERS = ("ptomp", "itomp", "stomp")
@@ -102,7 +102,7 @@ def launch(
         out=out or default_folder("ptomp"),
         bag=record,
         seed=seed,
-        separation=one_of("separation", separation, SEPARATIONS),
+        separation=one_of("separation", separation, SEPARATIONS, WITHOUT),
         on_death=one_of("on-death", on_death, ON_DEATH),
         scenario=scenario,
         reaches=reaches,

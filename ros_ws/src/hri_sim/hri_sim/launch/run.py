@@ -32,6 +32,7 @@ from hri_sim.launch.separation import (
     DEFAULT_SEPARATION,
     check_stopping,
     heartbeat,
+    permitted_words,
     separation_specs,
     timeouts,
 )
@@ -272,9 +273,10 @@ def prepare(options: RunOptions, bag: Path, console: Console) -> Prepared:
         read_parameters(options.parameters),
         f"--parameters {options.parameters}",
     )
-    check_stopping(
-        {spec.label: spec.parameters for spec in specs}, f"--parameters {options.parameters}"
-    )
+    parameters = {spec.label: spec.parameters for spec in specs}
+    check_stopping(parameters, f"--parameters {options.parameters}")
+    if words := permitted_words(parameters):
+        print_line(console, words)
     if options.person is not None:
         have_compiled(lambda text: print_line(console, text))
     return Prepared(scene, specs)

@@ -18,6 +18,8 @@ OFF = "off"
 SEPARATIONS = (*HUMAN_MODES, OFF)
 DEFAULT_SEPARATION = OFF
 MONITOR = "separation_monitor"
+WITHOUT = "give one of them; without --separation there is no monitor (off)"
+"""What to do about another one."""
 CONTACT_SPEED = 0.15
 """At that the robot may always go in launched runs, beside a simulated hand [m/s]."""
 
@@ -65,6 +67,26 @@ def separation_specs(mode: str, scenario: Scenario, *, real: bool = False) -> li
     if mode != ASSUMED:
         parameters |= {"evasion": True, "contact_speed": contact_speed(mode)}
     return [NodeSpec("hri_planner", MONITOR, parameters)]
+
+
+def permitted_words(parameters: Mapping[str, Mapping[str, Any]]) -> str:
+    """What a monitor lets a robot do beside people, to be said before it does; empty: nothing.
+
+    Args:
+        parameters: All of them by node.
+    """
+    monitor = parameters.get(MONITOR, {})
+    permitted = []
+    if monitor.get("evasion"):
+        permitted.append("leave people at any speed")
+    if monitor.get("contact_speed"):
+        permitted.append(f"go at {monitor['contact_speed']:g} m/s beside them")
+    if not permitted:
+        return ""
+    return (
+        f"{MONITOR}: the robot may {' and '.join(permitted)}, and so touch them: docs/separation.md "
+        "(--separation assumed: it may not)"
+    )
 
 
 def timeouts(mode: str) -> dict[str, float]:

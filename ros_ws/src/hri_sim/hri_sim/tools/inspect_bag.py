@@ -145,6 +145,7 @@ def main(argv: list[str] | None = None) -> int:
         show(report, console)
     broken = bool(salvaged.missing) if salvaged else bool(report.damage) or not report.closed
     if broken and not report.messages:
+        print(f"inspect_bag.py: no message of {options.bag} can be read", file=sys.stderr)
         return 1
     return 3 if broken and not salvaged else 0
 
