@@ -32,7 +32,7 @@ def people(count: int) -> tuple[list[Repeated], dict[tuple[str, str], Why | str]
         sd = np.full(len(NAMES), 0.1)
         ends = rng.uniform(-0.5, 0.5, (2, 1, 3))
         data = WeightData.of(NAMES, ends[0], ends[1], alpha[None], np.diag(sd**2)[None])
-        whys[repeated[-1].person, target] = Why(target, alpha, sd, 0.02, 0.01, data)
+        whys[repeated[-1].person, target] = Why(target, alpha, sd, 0.02, 0.01, 1.0, data)
     return repeated, whys
 
 

@@ -12,8 +12,8 @@ from hri_prediction.ros.node import STANDSTILL
 from hri_sim.launch.vital import hears
 from hri_sim.nodes.recorder_node import TROUBLES
 from hri_sim.recording.condition import TRANSPORT
-from hri_sim.simulator.controller import STOPPING, TOUCHED
-from hri_sim.simulator.stopchain import NO_HEARTBEAT
+from hri_sim.simulator.controller import STOPPING
+from hri_sim.simulator.stopchain import NO_HEARTBEAT, TOUCHED
 
 RECORDER, MONITOR, SIMULATOR = "recorder", "separation_monitor", "simulator"
 """Labels of nodes."""

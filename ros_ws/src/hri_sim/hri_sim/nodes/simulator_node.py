@@ -27,9 +27,9 @@ from hri_prediction.ros.time import seconds_to_ns, to_ns, to_time
 from hri_sim.nodes.arms import TrueArms
 from hri_sim.scenario.schema import Scenario, load_scenario
 from hri_sim.scenario.shipped import load_shipped
-from hri_sim.simulator.controller import IDLE, STOPPING, TOUCHED, TRACKING
+from hri_sim.simulator.controller import IDLE, STOPPING, TRACKING
 from hri_sim.simulator.simulation import STEP_NS, Simulation, SimulatorConfig
-from hri_sim.simulator.stopchain import NO_HEARTBEAT
+from hri_sim.simulator.stopchain import NO_HEARTBEAT, TOUCHED
 from hri_sim.simulator.trajectory import JointTrajectory
 from hri_sim.warm import warm_simulation
 

@@ -38,7 +38,6 @@ from hri_sim.simulator.trajectory import (
 
 FloatArray = NDArray[np.float64]
 
-TOUCHED = "the robot touches a person"
 IDLE, TRACKING, STOPPING = "idle", "tracking", "stopping"
 _FULL = 0.999  # a rate below is that of a motion that is slowed
 _TRANSPORTS_S = np.array(sorted(np.arange(-4, 41) * 1e-3, key=abs))

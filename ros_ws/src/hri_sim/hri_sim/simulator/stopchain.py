@@ -23,6 +23,7 @@ COMMAND_TIMEOUT_S = 0.1
 """``command_timeout`` of launched runs [s]."""
 HEARTBEAT_TIMEOUT_S = 0.032
 """``heartbeat_timeout`` of launched runs with a separation monitor [s]: four of its ticks."""
+TOUCHED = "the robot touches a person"
 NO_HEARTBEAT = "heartbeat of the speed scale is missing"
 """Why the chain stops when nobody sends the speed scale."""
 
