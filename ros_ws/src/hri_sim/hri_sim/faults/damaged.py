@@ -160,7 +160,7 @@ def _bags(name: str, title: str, injected: str, damage: Damage) -> Fault:
         name,
         title,
         f"{injected}; {TOGETHER} files a repetition, each of {CHUNKS} chunks; the first is given to "
-        f"inspect_bag.py too",
+        "inspect_bag.py too",
         "salvaged up to the damage, or refused with one clear error and an exit code that is not 0; "
         "nothing that was not recorded",
         FILES,
