@@ -46,7 +46,7 @@ class Extent:
 
 
 FULL_EXTENT = Extent(DyadStudy(), 100, 20, 120.0)
-SMOKE_EXTENT = Extent(SMOKE, 2, 1, 12.0)
+SMOKE_EXTENT = Extent(SMOKE, 2, 1, 30.0)
 
 
 @dataclass(frozen=True, eq=False)
