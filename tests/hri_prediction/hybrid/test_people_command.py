@@ -80,9 +80,28 @@ def test_weights_are_fitted_to_results(tmp_path, capsys):
     results, out = tmp_path / "results.json", tmp_path / "new" / "weights.json"
     results.write_text(json.dumps({"costs": costs, "reaches": rows}))
     assert fit_command.main([str(results), "--out", str(out), "--about", "twelve of Ann"]) == 0
-    assert "12 reaches" in capsys.readouterr().out
+    said = capsys.readouterr()
+    assert "12 reaches" in said.out
+    assert "is not known: 3 people are needed" in said.out
+    assert "these reaches were cut" in said.err
     assert load_process(out).names == tuple(costs)
     assert json.loads(out.read_text())["origin"] == "twelve of Ann"
+
+
+def test_whole_people_are_left_out(tmp_path, capsys):
+    pytest.importorskip("sklearn")
+    rows = [
+        {**row, "person": f"{who} {side}"}
+        for who in ("ann", "bob", "cleo")
+        for side, row in zip(("left", "right") * 6, twelve_reaches(), strict=True)
+    ]
+    results, out = tmp_path / "results.json", tmp_path / "weights.json"
+    results.write_text(json.dumps({"costs": COSTS, "whole": True, "reaches": rows}))
+    assert fit_command.main([str(results), "--out", str(out)]) == 0
+    said = capsys.readouterr()
+    assert "people who are left out (3 in turn)" in said.out
+    assert "cut" not in said.err
+    assert json.loads(out.read_text())["left_out"]["people"] == 3.0
 
 
 @pytest.mark.parametrize(

@@ -9,11 +9,12 @@ import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy import stats
 from statsmodels.formula.api import ols
 
 from hri_prediction.errors import DataError
 from hri_prediction.motor_control import design
-from hri_prediction.motor_control.analyses.behaviour import correlation, posture_space
+from hri_prediction.motor_control.analyses.behaviour import among_people, correlation, posture_space
 from hri_prediction.motor_control.analyses.discomfort import SIX, THREE, fit_discomfort, terms
 from hri_prediction.motor_control.analyses.table import ReachTable, load, table_of, together
 from hri_prediction.motor_control.analyses.variance import complete, independent, repeated_measures
@@ -203,14 +204,33 @@ def test_factors_that_cannot_be_examined(factors: dict[str, np.ndarray], match: 
         independent(np.random.default_rng(8).normal(size=48), factors)
 
 
-def test_correlation_has_an_interval() -> None:
+def test_correlation_has_an_interval_over_people() -> None:
     rng = np.random.default_rng(9)
-    first = rng.normal(size=200)
-    found = correlation(first, first + rng.normal(size=200))
-    assert found.low < found.r < found.high
-    assert found.low < np.sqrt(0.5) < found.high
+    covered, narrow = [], []
+    person = np.repeat([f"S{i}" for i in range(15)], 40)
+    for _ in range(60):
+        # People have a level and a slope of their own: reaches of one are alike.
+        first = rng.normal(size=600)
+        second = first + np.repeat(rng.normal(size=15), 40) + rng.normal(size=600)
+        found = among_people(first, second, person, rng)
+        assert found.r == correlation(first, second)
+        assert (found.n, found.people) == (600, 15)
+        covered.append(found.low < np.sqrt(1.0 / 3.0) < found.high)
+        alone = stats.pearsonr(first, second).confidence_interval(0.95)
+        narrow.append((alone.high - alone.low) / (found.high - found.low))
+    assert np.mean(covered) >= 0.8
+    assert np.median(narrow) < 0.9
+
+
+def test_too_few_to_correlate() -> None:
+    rng = np.random.default_rng(0)
+    first = rng.normal(size=8)
     with pytest.raises(DataError, match="four or more"):
         correlation(first[:3], first[:3])
+    two = among_people(first, first, np.repeat(["a", "b"], 4), rng)
+    assert two.r == pytest.approx(1.0)
+    assert np.isnan(two.low)
+    assert np.isnan(two.high)
 
 
 def test_postures_lie_in_their_components() -> None:

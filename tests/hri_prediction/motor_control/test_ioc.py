@@ -221,6 +221,46 @@ def test_a_reach_without_an_optimum_costs_nobody_their_law(solver, after):
         fit_law(lambda _: Fails(solver, after), reaches[:2])
 
 
+class Stays:
+    """A solver of an arm that finds an optimum of what it was first asked with a law, and of nothing else.
+
+    Scale factors take as many calls as there are costs that they are taken from.
+    """
+
+    def __init__(self, solver: ReachSolver) -> None:
+        self._solver, self.arm = solver, solver.arm
+        self._known: list[np.ndarray] = []
+
+    def solve(self, reach: ReachProblem, weights: np.ndarray, *start: object) -> Motion:
+        motion = self._solver.solve(reach, weights, *start)
+        if len(self._known) < 4:
+            self._known.append(weights)
+        if not any(np.array_equal(weights, each) for each in self._known):
+            raise NotConverged(reach, weights, motion, 1.0)
+        return motion
+
+    def path_derivatives(self, *arguments: object) -> object:
+        return self._solver.path_derivatives(*arguments)
+
+
+def test_a_reach_that_no_step_suits_does_not_hold_the_others(solver):
+    law = WeightLaw(CHAPTER_2, np.full((3, 7), -0.2))
+    tasks = [problem(number) for number in range(0, 81, 9)]
+    reaches = [observed(solver, each, law.alpha(each.q_start, each.q_end)) for each in tasks]
+    stays = Stays(solver)
+    fitted = fit_law(lambda each: stays if each is reaches[4] else solver, reaches)
+    assert fitted.left_out == (4,)
+    assert fitted.converged
+    others = fit_law(lambda _: solver, [*reaches[:4], *reaches[5:]])
+    assert fitted.rms_m < 1e-4
+    for each in tasks:
+        at = each.q_start, each.q_end
+        np.testing.assert_allclose(fitted.law.alpha(*at), others.law.alpha(*at), atol=1e-3)
+    with pytest.raises(NotConverged):
+        fit_law(lambda _: Stays(solver), reaches[:3])
+    assert not fit_law(lambda _: solver, reaches, steps=1).converged
+
+
 def test_repetitions_share_their_weights_but_not_their_ends(solver, rng):
     """Beside a law of each reach by itself, whose postures are not those that weights hang on."""
     theta = np.zeros((3, 7))

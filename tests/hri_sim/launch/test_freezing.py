@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import signal
 import subprocess
@@ -9,9 +10,14 @@ import time
 from pathlib import Path
 
 import pytest
+import typer
+from rich.console import Console
 
-from hri_sim.launch.folder import LOGS
+from hri_prediction.errors import ConfigError
+from hri_sim.launch import command
+from hri_sim.launch.folder import LOGS, NOT_BEGUN
 from hri_sim.launch.freezing import Freezes, pid_is_stopped
+from hri_sim.launch.run import RunOptions
 from hri_sim.launch.telling import left_words
 
 PIDS = {"ptomp": 7, "recorder": 8}
@@ -124,3 +130,22 @@ def test_where_the_files_of_a_failed_run_are(tmp_path: Path) -> None:
     said = left_words(tmp_path, tmp_path / "bag")
     assert f"bag:     {tmp_path / 'bag'}" in said
     assert any(f"draw_run.py {tmp_path}" in line for line in said)
+
+
+@pytest.mark.parametrize("begun", [True, False])
+def test_the_files_of_another_run_are_not_called_those_of_one_that_was_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, begun: bool
+) -> None:
+    (tmp_path / LOGS).mkdir()
+    if not begun:
+        (tmp_path / LOGS / NOT_BEGUN).write_text("why\n")
+
+    def refuse(*_: object) -> None:
+        raise ConfigError("no", expected="yes", hint="mend it")
+
+    monkeypatch.setattr(command, "run_graph", refuse)
+    console = Console(file=io.StringIO(), width=200)
+    with pytest.raises(typer.Exit):
+        command.conduct(RunOptions(out=tmp_path), console, picture=False, video=False)
+    said = console.file.getvalue()  # type: ignore[attr-defined]
+    assert ("logs:" in said) is not begun

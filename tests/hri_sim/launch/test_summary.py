@@ -73,6 +73,7 @@ def test_a_run_without_a_recording(scenario: Scenario, tmp_path: Path, outcome: 
     assert succeeded(read) is (outcome == "reached")
     assert read["touched"] is None
     assert read["mocap_rate_hz"] is None
+    assert read["recording_ended_early_s"] is None
     for reach in read["reaches"]:
         assert reach["duration_s"] == 12.34
         for name in ("goal_error_m", "min_clearance_m", "deadline_misses", "max_handover_jump_rad"):
@@ -97,11 +98,15 @@ def test_a_recording_that_ends_early_says_nothing_of_the_later_reaches(
     assert second["min_clearance_m"] is None
     assert second["deadline_misses"] is None
     assert summary["touched"] is None
+    last_s = 4.0 * (len(reports) - 1) + 3.0  # when the last reach was over
+    assert summary["recording_ended_early_s"] == pytest.approx(last_s - 4.4)
     # The worst of all is not known when one is not.
     assert demo_row(1, summary).split("|")[3:5] == [" – ", " – "]
     assert replay_row("x", summary, None).split("|")[4] == " – "
     whole = _series(scenario, 4.0 * len(reports))
-    assert summarise(whole, reports, scenario=scenario, bag=tmp_path, seed=1)["touched"] is False
+    of_whole = summarise(whole, reports, scenario=scenario, bag=tmp_path, seed=1)
+    assert of_whole["touched"] is False
+    assert of_whole["recording_ended_early_s"] == 0.0
     console = Console(file=io.StringIO(), width=80)
     print_table(console, summary)
     assert "too busy" not in console.file.getvalue()  # type: ignore[attr-defined]

@@ -2,23 +2,34 @@
 
 from __future__ import annotations
 
+import io
 import json
+import os
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from rich.console import Console
 from typer.testing import CliRunner
 
 from hri_prediction.motor_control import design
 from hri_prediction.motor_control.analyses.table import ReachTable
+from hri_prediction.motor_control.arm_model import ArmModel
+from hri_prediction.motor_control.collected import CollectedReach
+from hri_prediction.motor_control.observed import ObservedReach, of_angles
 from hri_prediction.motor_control.ocp import Motion, NotConverged, ReachSolver
 from hri_prediction.motor_control.problem import ReachProblem
-from hri_sim.motor_control import people, study
+from hri_prediction.results.progress import ProgressLine
+from hri_prediction.tracks.track import ArmTrack
+from hri_sim.motor_control import people, real_reaches, study
 from hri_sim.motor_control.averaged import levels
+from hri_sim.motor_control.chapter_2 import recovery
+from hri_sim.motor_control.chapter_3 import heights
 from hri_sim.motor_control.real_reaches import by_task
 from hri_sim.motor_control.study import SMOKE, carry_out
-from hri_sim.motor_control.study_command import app
+from hri_sim.motor_control.study_command import app, of_real
 
 TINY = replace(SMOKE, people=2)
 
@@ -27,6 +38,14 @@ TINY = replace(SMOKE, people=2)
 def table(tmp_path_factory: pytest.TempPathFactory) -> tuple[ReachTable, Path]:
     folder = tmp_path_factory.mktemp("people")
     return carry_out(TINY, folder, workers=1), folder
+
+
+def observed_of(table: ReachTable) -> ObservedReach:
+    """The first reach of a table."""
+    problem = ReachProblem.moving(
+        table.q_start[0], table.q_end[0], table.duration_s[0], table.v_start[0], table.v_end[0]
+    )
+    return of_angles(problem, table.angles[0], ArmModel.of_body())
 
 
 def test_everybody_reaches_and_is_explained(table: tuple[ReachTable, Path]) -> None:
@@ -55,8 +74,8 @@ def test_each_person_is_the_same_in_any_order(
     table: tuple[ReachTable, Path], tmp_path: Path
 ) -> None:
     found, _ = table
-    turn = study.do_turn(study.Turn(TINY, 1, tmp_path))
-    alone = study.load(turn.path)
+    index, alone = study.do_turn(study.Turn(TINY, 1, tmp_path))
+    assert index == 1
     np.testing.assert_array_equal(alone.alpha, found.of(["S2"]).alpha)
 
 
@@ -127,6 +146,73 @@ def test_the_whole_report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     for name in ("errors", "single_costs", "discomfort", "transitions", "mean_errors"):
         assert f"motor_control/{name}.png" in text
         assert (tmp_path / "motor_control" / f"{name}.png").stat().st_size > 10_000
+
+
+def test_real_reaches_in_short(tmp_path: Path) -> None:
+    """The first few, explained, and told of in the report."""
+    if not os.environ.get("HRI_DATA_DIR"):
+        pytest.skip("HRI_DATA_DIR is not set")
+    with ProgressLine(Console(file=io.StringIO())) as progress:
+        found = of_real(
+            tmp_path,
+            tmp_path,
+            workers=2,
+            scheduler=None,
+            smoke=True,
+            seed=0,
+            progress=progress,
+        )
+    if "skipped" in found:
+        pytest.skip(found["skipped"])
+    assert found["by_task"]["tasks"] == ["across", "forward"]
+    assert found["errors"]["not_worse"] == found["errors"]["n"] == 12 - found["left_out"]
+    assert found["misfit_cm"] < found["misfit_cm_yaw_pitch"]
+    assert (tmp_path / "real_weights.png").stat().st_size > 10_000
+
+
+def test_names_of_real_people_may_have_blanks(
+    table: tuple[ReachTable, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reach = observed_of(table[0])
+    tracks = [
+        ArmTrack(reach.phases, np.zeros((len(reach.phases), 4, 3)), "left", "Ann B", "a task", 0)
+    ]
+    monkeypatch.setattr(
+        real_reaches, "load_recordings", lambda *_: [SimpleNamespace(track=tracks[0])]
+    )
+    collected = CollectedReach(reach, ArmModel.of_body(), 0.0, "Ann B left", "a task.0")
+    monkeypatch.setattr(real_reaches, "collect", lambda *_: ([collected], ["another: no arm"]))
+    found, skipped = real_reaches.explain_real(
+        tmp_path / "reach.npz", tmp_path / "kept.jsonl", workers=1
+    )
+    assert (found.person.tolist(), found.start.tolist()) == (["Ann B"], ["left"])
+    assert found.target.tolist() == ["a task"]
+    assert skipped == ["another: no arm"]
+
+
+def test_weights_that_are_known_are_judged(table: tuple[ReachTable, Path]) -> None:
+    found, _ = table
+    exact = replace(found, alpha=found.truth, sd=np.full_like(found.sd, 1e-6))
+    known = recovery(exact)
+    assert known["median_largest_error"] == pytest.approx(0.0, abs=1e-12)
+    assert known["r2"] == pytest.approx(1.0)
+    assert known["covered_95"] == 1.0
+    assert known["dynamic_correlation"] == pytest.approx(1.0)
+    mean = np.tile(found.truth.mean(axis=0), (len(found), 1))
+    spread = np.random.default_rng(0).normal(0.0, 1e-6, found.truth.shape)
+    guessed = recovery(replace(found, alpha=mean + spread))
+    assert guessed["r2"] == pytest.approx(0.0, abs=1e-3)
+
+
+def test_low_targets_beside_high_ones(table: tuple[ReachTable, Path]) -> None:
+    """All weight in energy for low targets, none for high ones; each person counts once."""
+    found, _ = table
+    low = np.isin(found.target, ["T3", "T6", "T9"])
+    energy, smooth = (np.eye(4)[found.names.index(name)] for name in ("energy", "joint_jerk"))
+    told = heights(replace(found, alpha=np.where(low[:, None], energy, smooth)))
+    assert told["mean"] == pytest.approx(1.0)
+    assert set(told["changes"]) == {"S1", "S2"}
+    assert told["p"] is None  # of two people
 
 
 def test_help_says_what_it_does() -> None:

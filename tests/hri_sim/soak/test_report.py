@@ -192,3 +192,9 @@ def test_the_folder_of_another_run_is_refused_and_left_as_it_is(tmp_path: Path) 
     assert "is not empty" in refused.output
     assert "memory" not in refused.output  # no table of the other run
     assert {path: path.read_bytes() for path in sorted(tmp_path.iterdir())} == before
+
+
+def test_a_folder_that_cannot_be_made_is_not_called_a_full_disk() -> None:
+    refused = CliRunner().invoke(app, ["--minutes", "1", "--out", "/proc/soak"])
+    assert refused.exit_code == 1
+    assert "cannot write to --out /proc/soak" in " ".join(refused.output.split())

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import sys
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,15 +14,19 @@ import typer
 
 from hri_prediction.errors import DataError, HriError
 from hri_prediction.files.values import read_json
-from hri_prediction.hybrid.fitting import data_of_reaches, fit_process
+from hri_prediction.hybrid.fitting import (
+    LEAST_REACHES,
+    data_of_reaches,
+    fit_process,
+    says_something,
+)
 from hri_prediction.hybrid.left_out import (
     LEAST_PEOPLE,
-    LEAST_REACHES,
-    PARTS,
     Law,
     by_person,
     people_left_out,
     reaches_left_out,
+    whose,
 )
 from hri_prediction.hybrid.of_laws import data_of_laws
 from hri_prediction.hybrid.weight_file import check_arm, save_process
@@ -38,11 +44,15 @@ class Explained:
         data: Weights.
         what: What they are of, in words.
         laws: Of people's whole reaches, where they are known: these say more than each reach by itself.
+        person: Whose each reach is, where there are no laws; empty where the file does not say.
+        cut: Whether reaches were cut where they were slow.
     """
 
     data: WeightData
     what: str
     laws: tuple[Law, ...] = ()
+    person: tuple[str, ...] = ()
+    cut: bool = False
 
 
 def read_results(path: Path) -> Explained:
@@ -61,8 +71,12 @@ def read_results(path: Path) -> Explained:
             data = data_of_laws(names, laws)
             what = f"{len(data)} reaches by the laws of {len(laws)} arms"
             return Explained(data, what, tuple(laws))
-        data = data_of_reaches(names, list(values["reaches"]))
-        return Explained(data, f"{len(data)} reaches")
+        rows = list(values["reaches"])
+        data = data_of_reaches(names, rows)
+        arms = [str(row.get("person", "")) for row in rows if says_something(row)]
+        person = tuple(map(whose, arms)) if all(arms) else ()
+        cut = not values.get("whole")
+        return Explained(data, f"{len(data)} reaches", person=person, cut=cut)
     except (HriError, TypeError) as error:
         raise DataError(f"{path}: {error}") from error
 
@@ -82,15 +96,22 @@ def describe(process: WeightProcess) -> str:
 
 def _left_out(explained: Explained, seed: int) -> tuple[dict[str, float], str]:
     """Errors of weights that were not fitted to, for the file and in words."""
-    people = len(by_person(explained.laws))
-    if people >= LEAST_PEOPLE:
+    names = by_person(explained.laws) or Counter(explained.person)
+    most = max(Counter(explained.person).values(), default=0)
+    if len(names) < LEAST_PEOPLE or len(explained.data) - most < LEAST_REACHES:
+        return {}, (
+            f"how far off the weights of others are is not known: {LEAST_PEOPLE} people are needed, whose "
+            f"names the file has, and {LEAST_REACHES} reaches without any one of them; here are "
+            f"{len(names)} people and {len(explained.data)} reaches"
+        )
+    if explained.laws:
         own, plain = people_left_out(explained.data.names, explained.laws, seed)
-        left, of_whom = {"people": float(people)}, f"of people who are left out ({people} in turn)"
-    elif not explained.laws and len(explained.data) >= LEAST_REACHES:
-        own, plain = reaches_left_out(explained.data, seed)
-        left, of_whom = {"parts": float(PARTS)}, f"of reaches that are left out ({PARTS} parts)"
     else:
-        return {}, "too few to leave some out, and to see how far off the weights of others are"
+        own, plain = reaches_left_out(explained.data, explained.person, seed)
+    left, of_whom = (
+        {"people": float(len(names))},
+        f"of people who are left out ({len(names)} in turn)",
+    )
     said = f"weights {of_whom} are off by {own:.3f}, those of the mean of the others by {plain:.3f}"
     return {"weights_off": own, "mean_weights_off": plain, **left}, said
 
@@ -110,14 +131,21 @@ def fit_weights(
     """Fit Gaussian processes to explained reaches: which weights of costs to expect between two postures.
 
     Of results of fit_ioc.py --law --whole the laws are taken, the mean of all people for each task: they
-    are known much better than weights of single reaches. The file is what the predictor takes as its
-    parameter `weights`. Reaches must have been explained with fit_ioc.py --convention
-    yaw_pitch_elbow_pitch, the arm that the predictor has. Needs scikit-learn:
+    are known much better than weights of single reaches, of cut ones most of all. The file is what the
+    predictor takes as its parameter `weights`. Reaches must have been explained with fit_ioc.py
+    --convention yaw_pitch_elbow_pitch, the arm that the predictor has. Needs scikit-learn:
     .venv/bin/python -m pip install -r requirements/training.txt
     """
     explained = read_results(results)
     data, what = explained.data, explained.what
     make_folders(out=out.parent)
+    if explained.cut:
+        print(
+            "warning: these reaches were cut where they were slow, and weights of such are off by much "
+            "more than they seem to be (docs/motor_control.md); where people rest before and after each "
+            "reach, fit_ioc.py --law --whole says more",
+            file=sys.stderr,
+        )
     process = fit_process(data, seed)
     print(f"{what}; {json.dumps(list(data.names))}")
     print(describe(process))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -77,6 +78,14 @@ def check_costs(names: tuple[str, ...]) -> None:
         )
 
 
+def says_something(row: Mapping[str, Any]) -> bool:
+    """Whether a reach was explained, with the factors of the whole of it.
+
+    Without these nobody knows what its weights mean elsewhere.
+    """
+    return not row["error"] and len(row["rest_factors"]) > 0
+
+
 def data_of_reaches(names: tuple[str, ...], rows: list[dict[str, Any]]) -> WeightData:
     """Observations of the reaches that ``scripts/fit_ioc.py`` writes into its results.
 
@@ -85,8 +94,7 @@ def data_of_reaches(names: tuple[str, ...], rows: list[dict[str, Any]]) -> Weigh
     """
     check_costs(names)
     try:
-        # Of a whole reach without factors nobody knows what its weights mean elsewhere.
-        done = [row for row in rows if not row["error"] and len(row["rest_factors"])]
+        done = [row for row in rows if says_something(row)]
         columns = {
             key: np.array([row[key] for row in done], dtype=float)
             for key in (

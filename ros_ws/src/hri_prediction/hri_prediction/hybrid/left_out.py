@@ -1,4 +1,4 @@
-"""How far off expected weights are of what was not learnt from: reaches, or whole people."""
+"""How far off expected weights are of people who were not learnt from."""
 
 from __future__ import annotations
 
@@ -17,22 +17,30 @@ from hri_prediction.hybrid.weight_process import WeightData, to_alpha
 Array = NDArray[np.float64]
 Law = Mapping[str, Any]
 
-PARTS = 5
-"""Reaches are left out in so many parts."""
-LEAST_REACHES, LEAST_PEOPLE = 20, 3
-"""With fewer, what is left when some are left out is not enough to fit to."""
+LEAST_PEOPLE = 3
+"""With fewer, what is left when one is left out says nothing of people."""
 
 
-def reaches_left_out(data: WeightData, seed: int = 0) -> tuple[float, float]:
-    """Mean absolute error of weights of reaches that are left out, in parts.
+def reaches_left_out(data: WeightData, person: Sequence[str], seed: int = 0) -> tuple[float, float]:
+    """Mean absolute error of weights of reaches of people who are left out, each in turn.
+
+    A person's other reaches, and other repetitions of a task, would give theirs away.
+
+    Args:
+        data: Weights of reaches of :data:`LEAST_PEOPLE` people or more.
+        person: Whose each is.
+        seed: Of the starts of the search.
 
     Returns:
         Of a process, and of the mean, of what is left.
     """
-    order = np.random.default_rng(seed).permutation(len(data))
-    folds = [order[fold::PARTS] for fold in range(PARTS)]
+    names = np.array(person)
     return _errors(
-        [(_rows(data, np.setdiff1d(order, held)), _rows(data, held)) for held in folds], seed
+        [
+            (_rows(data, np.flatnonzero(names != who)), _rows(data, np.flatnonzero(names == who)))
+            for who in dict.fromkeys(person)
+        ],
+        seed,
     )
 
 
@@ -68,11 +76,15 @@ def by_person(laws: Sequence[Law]) -> dict[str, list[Law]]:
     """Laws of each person: of both arms, whose names differ by the side alone."""
     found: dict[str, list[Law]] = defaultdict(list)
     for number, law in enumerate(laws):
-        who = str(law.get("person", number))
-        for side in SIDES:
-            who = who.removesuffix(f" {side}")
-        found[who].append(law)
+        found[whose(str(law.get("person", number)))].append(law)
     return dict(found)
+
+
+def whose(arm: str) -> str:
+    """The person of an arm, as ``scripts/fit_ioc.py`` names it."""
+    for side in SIDES:
+        arm = arm.removesuffix(f" {side}")
+    return arm
 
 
 def _errors(parts: Sequence[tuple[WeightData, WeightData]], seed: int) -> tuple[float, float]:

@@ -83,6 +83,7 @@ def write_results(
         rows.append(
             {
                 **asdict(outcome),
+                "person": reach.person,
                 "q_start_deg": np.degrees(problem.q_start).tolist(),
                 "q_end_deg": np.degrees(problem.q_end).tolist(),
                 "duration_s": problem.duration,
@@ -116,6 +117,7 @@ def write_results(
         "warping between the optimum and what was seen, by sample; mean ± standard deviation over reaches. "
         "Uncertainty: of the weight of one reach, from Fisher's information.\n",
         markdown(HEAD, summary_rows(outcomes, names)),
+        f"{uncertain_line(settings['whole'])}\n",
         *(" ".join(shared).splitlines()),
         "",
         f"Elbow and wrist of the model are {np.median(misfits):.1f} cm from where they were seen (root "
@@ -131,6 +133,23 @@ def write_results(
     (out / REPORT).write_text("\n".join(text))
     if len(failed) < len(outcomes):
         draw(outcomes, names, out / PICTURE)
+
+
+def uncertain_line(whole: bool) -> str:
+    """What uncertainties of single reaches leave out.
+
+    Args:
+        whole: Whether reaches go from rest to rest, and are not cut.
+    """
+    why = (
+        "when each began and ended is taken from its speed, and 20 ms are enough to change its weights"
+        if whole
+        else "reaches were cut at 5 % of the peak speed, and accelerations there are left to the optimum"
+    )
+    return (
+        f"Weights of single reaches are less sure than that: {why} (docs/motor_control.md). Distances "
+        "are not touched by it; --law --whole finds weights that are."
+    )
 
 
 def share_at_limits(reach: CollectedReach) -> float:
@@ -182,7 +201,8 @@ def fit_ioc(
         typer.Option(
             "--whole",
             help="People rest before and after each reach, which is explained as a whole: when it began "
-            "and ended is found. Else it is cut at 5 % of its peak speed, and weights are less sure.",
+            "and ended is estimated from its speed, and with --law fitted. Else it is cut at 5 % of its "
+            "peak speed, and a law says nothing of the true weights.",
         ),
     ] = False,
     facing: Annotated[
@@ -318,6 +338,7 @@ def fit_ioc(
     for row in summary_rows(outcomes, names):
         table.add_row(*row)
     console.print(table)
+    console.print(uncertain_line(whole), highlight=False)
     for one in laws[0] if laws is not None else ():
         console.print(
             f"law of {one['person']}: {one['reaches']} reaches, {one['rms_cm']:.2f} cm",

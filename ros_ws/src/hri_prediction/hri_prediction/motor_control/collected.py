@@ -90,6 +90,7 @@ def collect(
     of_group: dict[tuple[str, str, str, int], tuple[ArmModel, float]] = {}
     skipped = []
     arms: dict[tuple[str, str], ArmModel] = {}
+    facings: dict[str, float] = {}
     for recording in recordings:
         track = recording.track
         person = _person(track)
@@ -97,7 +98,9 @@ def collect(
             parts = (track.subject, track.side, track.task, f"{track.trial}.{number}")
             name = " ".join(part for part in parts if part)
             try:
-                facing = _facing(by_person[person], people.facing)
+                if person not in facings:
+                    facings[person] = _facing(by_person[person], people.facing)
+                facing = facings[person]
                 if (person, track.side) not in arms:
                     own = [each for each in by_person[person] if each.side == track.side]
                     arms[person, track.side] = arm_of(

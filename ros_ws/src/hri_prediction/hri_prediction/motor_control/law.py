@@ -20,11 +20,10 @@ factors that belong to them are brought up to date between the steps.
 
 from __future__ import annotations
 
-import contextlib
 import math
 from collections import defaultdict
-from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -33,9 +32,10 @@ from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.motor_control.costs import CHAPTER_2, JOINT_JERK, indices_of
 from hri_prediction.motor_control.observed import ObservedReach
 from hri_prediction.motor_control.ocp import NotConverged, ReachSolver
+from hri_prediction.motor_control.pooled import PooledReach, normal_equations
 from hri_prediction.motor_control.problem import ReachProblem
-from hri_prediction.motor_control.scaling import MAXIMUM, Scaling, scaling_of
-from hri_prediction.motor_control.span import Span, fitted_span, span_derivatives, within
+from hri_prediction.motor_control.scaling import MAXIMUM
+from hri_prediction.motor_control.span import Span
 
 Array = NDArray[np.float64]
 
@@ -46,6 +46,11 @@ _KNOWN, _PART = 1e-12, 1e-6
 """Share of the largest information below which there is none; part in a direction that counts."""
 _UNKNOWN = 1e3**2
 """Variance of theta in a direction that reaches say nothing of: ratios are cut long before."""
+_MOST_DAMPING, _PATIENCE = 1e8, 5
+"""A step that gains nothing with that damping: there is none. So often is a step made shorter until reaches
+without an optimum are left out."""
+_LEAST_GAIN = 1e-7
+"""Share of the squared distance that a step gains, below which the law is found."""
 _LOG_LIMIT = 12.0
 """Ratios of weights beyond e^12 are the same to a reach."""
 
@@ -114,6 +119,7 @@ class FittedLaw:
         covariance: Of theta, row by row (7 (n - 1), 7 (n - 1)); directions that reaches say nothing of have
             a large variance.
         left_out: Numbers of reaches of which no optimum was found, so that the law is not fitted to them.
+        converged: Whether no step gains anything more; else all steps were taken, and more may be better.
     """
 
     law: WeightLaw
@@ -122,6 +128,7 @@ class FittedLaw:
     theta_sd: Array
     covariance: Array
     left_out: tuple[int, ...] = ()
+    converged: bool = True
 
     def log_sd(self, q_start: ArrayLike, q_end: ArrayLike) -> Array:
         """Standard deviations of the logarithms of ratios (..., n - 1) between postures (..., 3) [rad]."""
@@ -175,46 +182,30 @@ def fit_law(
     law = WeightLaw(names, np.zeros((len(names) - 1, len(FEATURES))))
     postures = mean_postures(reaches, alike or range(len(reaches)))
     free: Sequence[Span | None] = spans or [None] * len(reaches)
-    found: dict[int, _Pooled] = {}
+    found: dict[int, PooledReach] = {}
     lost: NotConverged | None = None
     for number, (reach, ends, span) in enumerate(zip(reaches, postures, free, strict=True)):
         try:
-            found[number] = _Pooled(solver_of(reach), reach, names, scaling, ends, span, law)
+            found[number] = PooledReach(solver_of(reach), reach, names, scaling, ends, span, law)
         except NotConverged as error:
             lost = error
     if lost is not None and not found:
         raise lost
-    pooled = list(found.values())
-    samples = sum(each.observed.hand.size for each in pooled)
-    squares = sum(each.accept(law) for each in pooled)
-    damping, done = 1e-3, 0
-    size = law.theta.size
+    fit = _Fit(law, found)
+    converged = False
     for done in range(1, steps + 1):
         progress(done - 1, steps)
-        information, right = _normal(pooled, law)
-        better = None
-        while damping < 1e8:
-            damped = information + damping * np.diag(np.diag(information) + _LEAST)
-            tried = WeightLaw(
-                names, law.theta + np.linalg.solve(damped, right).reshape(law.theta.shape)
-            )
-            new = sum(each.solve(tried) for each in pooled)
-            if new < squares:
-                better = tried, new
-                break
-            damping *= 10.0
-        if better is None:
+        converged = fit.step()
+        if converged:
             break
-        gained = (squares - better[1]) / squares
-        law = better[0]
-        squares = sum(each.accept(law) for each in pooled)
-        damping = max(damping * 0.1, 1e-9)
-        if gained < 1e-7:
-            break
+    law, pooled = fit.law, list(fit.reaches.values())
+    squares = sum(fit.squares.values())
+    samples = sum(each.observed.hand.size for each in pooled)
+    size = law.theta.size
     progress(steps, steps)
     for each in pooled:
         each.solve(law, fit_span=False)
-    information, _ = _normal(pooled, law)
+    information, _ = normal_equations(pooled, law)
     fitted = size + (2 * len(pooled) if spans else 0)
     noise = squares / max(samples - correlated * fitted, 1.0)
     covariance, unknown = _covariance(information, noise * correlated)
@@ -225,8 +216,61 @@ def fit_law(
         done,
         sd.reshape(law.theta.shape),
         covariance,
-        tuple(number for number in range(len(reaches)) if number not in found),
+        tuple(number for number in range(len(reaches)) if number not in fit.reaches),
+        converged,
     )
+
+
+class _Fit:
+    """A law on its way: steps of Levenberg and Marquardt.
+
+    Args:
+        law: To begin with.
+        reaches: By their numbers; the optimum of each is that of the law.
+    """
+
+    def __init__(self, law: WeightLaw, reaches: Mapping[int, PooledReach]) -> None:
+        self.law, self.reaches = law, dict(reaches)
+        self.squares = {number: each.accept(law) for number, each in reaches.items()}
+        self._damping = 1e-3
+
+    def step(self) -> bool:
+        """Take a step; whether there is nothing more to be gained.
+
+        A reach of which no optimum is found however short the step is left out, so that it does not hold
+        all others where they are.
+
+        Raises:
+            NotConverged: when none is left.
+        """
+        information, right = normal_equations(list(self.reaches.values()), self.law)
+        before = sum(self.squares.values())
+        shortened = 0
+        while self._damping < _MOST_DAMPING:
+            damped = information + self._damping * np.diag(np.diag(information) + _LEAST)
+            theta = self.law.theta + np.linalg.solve(damped, right).reshape(self.law.theta.shape)
+            tried = WeightLaw(self.law.names, theta)
+            new = {number: each.solve(tried) for number, each in self.reaches.items()}
+            if sum(new.values()) < before:
+                self.law = tried
+                self.squares = {n: each.accept(tried) for n, each in self.reaches.items()}
+                self._damping = max(self._damping * 0.1, 1e-9)
+                return before - sum(new.values()) < _LEAST_GAIN * before
+            self._damping *= 10.0
+            shortened += 1
+            lost = [number for number, squares in new.items() if not math.isfinite(squares)]
+            if lost and shortened >= _PATIENCE:
+                return self._leave_out(lost)
+        return True
+
+    def _leave_out(self, lost: Sequence[int]) -> bool:
+        if len(lost) == len(self.reaches):
+            raise self.reaches[lost[0]].lost or AssertionError
+        for number in lost:
+            del self.reaches[number]
+        self.squares = {n: each.solve(self.law, fit_span=False) for n, each in self.reaches.items()}
+        self._damping = 1e-3
+        return False
 
 
 def _covariance(information: Array, noise: float) -> tuple[Array, NDArray[np.bool_]]:
@@ -259,108 +303,6 @@ def mean_postures(
         for which, own in groups.items()
     }
     return [means[which] for which in alike]
-
-
-def _normal(pooled: Sequence[_Pooled], law: WeightLaw) -> tuple[Array, Array]:
-    """Normal matrix and right side of a Gauss-Newton step, of all reaches."""
-    size = law.theta.size
-    information, right = np.zeros((size, size)), np.zeros(size)
-    for each in pooled:
-        matrix, residual = each.linear(law)
-        information += matrix.T @ matrix
-        right += matrix.T @ residual
-    return information, right
-
-
-class _Pooled:
-    """One of the reaches."""
-
-    def __init__(
-        self,
-        solver: ReachSolver,
-        observed: ObservedReach,
-        names: tuple[str, ...],
-        scaling: str,
-        ends: tuple[Array, Array],
-        span: Span | None,
-        law: WeightLaw,
-    ) -> None:
-        """Pose the problem, and solve it for a law to begin with.
-
-        Raises:
-            NotConverged: there is no optimum of it.
-        """
-        self.solver, self.observed, self.names, self.ends = solver, observed, names, ends
-        self.chosen = indices_of(names)
-        self._scaling_name = scaling
-        self._span = self._tried_span = span
-        self.problem, self.scaling = self._posed(span)
-        self._motion = self._tried = self.scaling.optima[JOINT_JERK]
-        self._squares = math.inf
-        if not math.isfinite(self.solve(law)):
-            solver.solve(self.problem, self.scaling.weights(law.alpha(*ends), names))  # says so
-
-    def _posed(self, span: Span | None) -> tuple[ReachProblem, Scaling]:
-        """The problem, and the scale factors, that belong to a span."""
-        problem = self.observed.problem
-        if span is not None:
-            problem = replace(problem, duration=(span[1] - span[0]) * problem.duration)
-        return problem, scaling_of(self.solver, problem, self._scaling_name)
-
-    def solve(self, law: WeightLaw, *, fit_span: bool = True) -> float:
-        """Squared distance of the path to the optimum of a law; `accept` keeps that."""
-        weights = self.scaling.weights(law.alpha(*self.ends), self.names)
-        self._squares = math.inf
-        try:
-            self._tried = self.solver.solve(self.problem, weights, self._motion.coefficients)
-        except NotConverged:
-            return math.inf  # a step that went too far
-        self._tried_span = self._span
-        if self._span is not None and fit_span:
-            self._tried_span = fitted_span(self._tried, self.observed, self.solver.arm, self._span)
-        path = self._tried.hand(self._phases(self._tried_span), self.solver.arm)
-        self._squares = float(np.square(path - self.observed.hand).sum())
-        return self._squares
-
-    def accept(self, law: WeightLaw) -> float:
-        """The last motion is where the next steps begin; its squared distance, with its own duration."""
-        self._motion = self._tried
-        if self._tried_span == self._span:
-            return self._squares
-        before = self._span, self.problem, self.scaling
-        self._span = self._tried_span
-        with contextlib.suppress(NotConverged):
-            self.problem, self.scaling = self._posed(self._span)
-            if math.isfinite(self.solve(law, fit_span=False)):
-                self._motion = self._tried
-                return self._squares
-        # Nothing is found of that duration: the one before will do.
-        self._span, self.problem, self.scaling = before
-        return self.solve(law, fit_span=False)
-
-    def _phases(self, span: Span | None) -> Array:
-        return self.observed.phases if span is None else within(self.observed.phases, span)
-
-    def linear(self, law: WeightLaw) -> tuple[Array, Array]:
-        """Derivative of the path by theta (3 N, p), and what is left to the path seen (3 N,).
-
-        Where the span is fitted, both are square to what another span would make of the path.
-        """
-        weights = self.scaling.weights(law.alpha(*self.ends), self.names)
-        phases = self._phases(self._span)
-        _, by_weights = self.solver.path_derivatives(
-            self.problem, self._tried, weights, self.chosen, phases
-        )
-        by_alpha = by_weights * self.scaling.factors[self.chosen]
-        by_theta = np.tensordot(by_alpha, law.slopes(*self.ends), axes=1)
-        left = self.observed.hand - self._tried.hand(phases, self.solver.arm)
-        matrix, residual = by_theta.reshape(left.size, -1), left.ravel()
-        if self._span is not None:
-            by_span = span_derivatives(self._tried, self.observed, self.solver.arm, self._span)
-            basis, _ = np.linalg.qr(by_span)
-            matrix = matrix - basis @ (basis.T @ matrix)
-            residual = residual - basis @ (basis.T @ residual)
-        return matrix, residual
 
 
 def explained(truth: ArrayLike, found: ArrayLike) -> float:

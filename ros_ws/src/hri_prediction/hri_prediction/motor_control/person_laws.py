@@ -249,6 +249,7 @@ def to_mapping(one: PersonLaw) -> dict[str, Any]:
         ],
         "rms_cm": 100.0 * one.fitted.rms_m,
         "steps": one.fitted.steps,
+        "converged": one.fitted.converged,
         "tasks": tasks,
     }
 
@@ -282,6 +283,11 @@ def law_lines(
         f"- the law of {one['person']} leaves out {name}: no optimum of it was found"
         for one in laws
         for name in one["left_out"]
+    ]
+    text += [
+        f"- the law of {one['person']} was still getting better after {one['steps']} steps"
+        for one in laws
+        if not one["converged"]
     ]
     text += [f"- no law of {line}" for line in left_out]
     return [*text, ""]

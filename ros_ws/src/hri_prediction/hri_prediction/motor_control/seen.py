@@ -98,6 +98,22 @@ def arm_of(
     )
 
 
+def seen_between(track: ArmTrack, begin_s: float, end_s: float) -> tuple[Array, Array]:
+    """Times (N,) [s] and points (N, 3, 3) [m] where shoulder, elbow and wrist are seen together.
+
+    Args:
+        track: A recording; it may be long: no more of it is looked at than that part.
+        begin_s: From then on, on the track's clock.
+        end_s: Until then.
+    """
+    part = slice(
+        np.searchsorted(track.time_s, begin_s), np.searchsorted(track.time_s, end_s, side="right")
+    )
+    times, points = track.time_s[part], track.keypoints[part, :3]
+    seen = np.isfinite(points).all(axis=(1, 2))
+    return times[seen], points[seen]
+
+
 def observe(
     track: ArmTrack,
     onset_s: float,
@@ -130,9 +146,7 @@ def observe(
         DataError: too little is seen of it, or it has no length.
     """
     what = name or track.source or track.task or "the reach"
-    inside = (track.time_s >= onset_s - MARGIN_S) & (track.time_s <= end_s + MARGIN_S)
-    seen = inside & np.isfinite(track.keypoints[:, :3]).all(axis=(1, 2))
-    times = track.time_s[seen]
+    times, keypoints = seen_between(track, onset_s - MARGIN_S, end_s + MARGIN_S)
     within = times[(times >= onset_s - 1e-9) & (times <= end_s + 1e-9)]
     gaps = np.diff(np.concatenate([[onset_s], within, [end_s]]))
     if len(within) < 10 or gaps.max() > MAX_GAP_S:
@@ -141,7 +155,7 @@ def observe(
             f"to {end_s:.2f} s, with a gap of {gaps.max():.2f} s",
             expected=f"10 times or more, without gaps of more than {MAX_GAP_S} s",
         )
-    points = to_model(track.keypoints[seen, :3], facing_rad, track.side)
+    points = to_model(keypoints, facing_rad, track.side)
     angles = nearest_angles(points, arm, limits)
     spline = smoothing_spline(times, angles)
     rate = 1.0 / float(np.median(np.diff(times)))

@@ -12,7 +12,7 @@ from hri_prediction.motor_control.arm_model import ANATOMICAL, ArmModel, JointLi
 from hri_prediction.motor_control.kinematics import hand
 from hri_prediction.motor_control.observed import ObservedReach
 from hri_prediction.motor_control.problem import ReachProblem
-from hri_prediction.motor_control.seen import MAX_GAP_S, at_rest, observe
+from hri_prediction.motor_control.seen import MAX_GAP_S, at_rest, observe, seen_between
 from hri_prediction.motor_control.span import Span
 from hri_prediction.tracks.bell import from_rest_to_rest, share_outside
 from hri_prediction.tracks.track import ArmTrack
@@ -72,8 +72,7 @@ def observe_whole(
         DataError: too little is seen of it, or no rest before or after it.
     """
     what = name or track.source or track.task or "the reach"
-    times = track.time_s[np.isfinite(track.keypoints[:, :3]).all(axis=(1, 2))]
-    times = times[(times >= onset_s - LOOKED_S) & (times <= end_s + LOOKED_S)]
+    times, _ = seen_between(track, onset_s - LOOKED_S, end_s + LOOKED_S)
     if not len(times):
         raise DataError(
             f"{what}: nothing is seen from {onset_s:.2f} to {end_s:.2f} s", expected="a reach"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import subprocess
 import sys
 import time
 from collections.abc import Iterator, Sequence
@@ -15,6 +14,7 @@ import numpy as np
 
 from hri_prediction.bags import BagReader, BagWriter, TopicInfo, salvage
 from hri_prediction.errors import HriError
+from hri_sim.faults.ended import ended
 from hri_sim.launch.run_node import installed_nodes
 from hri_sim.launch.supervisor import find_executable
 from hri_sim.reliability.damage import Damage, cut, flipped
@@ -31,7 +31,6 @@ OTHER_ERRORS = Figure(
 REFUSED = Figure("refused", "refused with one clear error")
 SCRIPT = "hri_sim.tools.inspect_bag"
 """What scripts/inspect_bag.py runs."""
-SECONDS = 60.0
 SCRIPT_SAYS = Figure(
     "script", "inspect_bag.py ends otherwise than with a clear line and its exit code", limit=0.0
 )
@@ -93,15 +92,8 @@ def _inspected(bag: Path, whole: bool) -> bool:
         bag: The bag, damaged.
         whole: Whether all of its messages can be read as they were.
     """
-    try:
-        done = subprocess.run(
-            [sys.executable, "-m", SCRIPT, str(bag)],
-            capture_output=True,
-            text=True,
-            timeout=SECONDS,
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
+    done = ended([sys.executable, "-m", SCRIPT, bag])
+    if done is None:
         return False
     lines = done.stderr.strip().splitlines()
     if done.returncode == 1:
@@ -135,17 +127,11 @@ def wrong_messages(seeds: Sequence[int], place: Place) -> Iterator[Trial]:
     for seed in seeds:
         package, node = nodes[seed % len(nodes)]
         begin = time.monotonic()
-        done = subprocess.run(
-            [str(find_executable(package, node))],
-            env={**os.environ, "PYTHONPATH": path},
-            capture_output=True,
-            text=True,
-            timeout=120,
-            check=False,
-        )
-        said = done.stdout + done.stderr
+        done = ended([find_executable(package, node)], {**os.environ, "PYTHONPATH": path})
+        said = "" if done is None else done.stdout + done.stderr
+        code = 0 if done is None else done.returncode
         figures: dict[str, float | None] = {
-            "refused": float(done.returncode != 0 and "is not this project's" in said),
+            "refused": float(code != 0 and "is not this project's" in said),
             "tells_how": float("source this workspace last" in said),
             "lines": float(len(said.strip().splitlines())),
             "seconds": time.monotonic() - begin,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from hri_planner.policy.model_file import find_any
 from hri_prediction.bags import BagWriter
 from hri_prediction.errors import HriError
 from hri_prediction.tracks.files import load_tracks
+from hri_sim.faults.ended import SECONDS, ended
 from hri_sim.faults.exports import EXPORTS, FRAMES
 from hri_sim.reliability.damage import cut, flipped
 from hri_sim.reliability.fault import FILES, Fault, Figure, Place, Trial
@@ -31,7 +31,6 @@ OTHER_UNITS = (0.001, 0.1, 10.0, 25.4, 304.8, 1000.0)
 """So many times too long is an arm whose lengths are of another unit than the file says: those between
 these that make an arm of possible length cannot be told by it."""
 BEFORE = b"what was there before"
-SECONDS = 60.0
 KEYS = ("other_errors", "left_behind", "taken", "altered", "unnoticed", "refused", "untold")
 
 
@@ -82,27 +81,9 @@ def run_import(path: Path, out: Path) -> Import:
         UNITS.get(ending, "auto"),
     ]
     axes = "y-up" if ending == "bvh" else "z-up"
-    try:
-        done = subprocess.run(
-            [
-                sys.executable,
-                "-m",
-                SCRIPT,
-                str(path),
-                *words,
-                "--axes",
-                axes,
-                "--yes",
-                "--out",
-                out,
-            ],
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            timeout=SECONDS,
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
+    command = [sys.executable, "-m", SCRIPT, path, *words, "--axes", axes, "--yes", "--out", out]
+    done = ended(command)
+    if done is None:
         return Import(None, f"nothing for {SECONDS:g} s", kept=False)
     kept = list(out.parent.iterdir()) == [out] and out.read_bytes() == BEFORE
     keypoints = None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -28,6 +27,7 @@ from hri_prediction.prediction.library import TaskLibrary, TaskModel
 from hri_prediction.promp.basis import PhaseBasis
 from hri_prediction.promp.model import ProMP
 from hri_prediction.promp.storage import load_promp, save_promp
+from hri_sim.faults.ended import ended
 from hri_sim.launch.supervisor import find_executable
 from hri_sim.reliability.damage import Damage, cut, digit_changed, flipped
 from hri_sim.reliability.fault import FILES, Fault, Figure, Place, Trial
@@ -43,7 +43,6 @@ NODE_SAYS = Figure(
     "node", "node that is given a refused policy ends otherwise than with one line and an exit code",
     limit=0.0,
 )  # fmt: skip
-SECONDS = 60.0
 Load = Callable[[Path], Any]
 
 
@@ -138,15 +137,8 @@ def damaged(
 def _node_refuses(path: Path) -> bool:
     """Whether the policy node ends with one line that names a file, and an exit code that is not 0."""
     node = find_executable("hri_planner", "policy")
-    try:
-        done = subprocess.run(
-            [str(node), "--ros-args", "-p", f"policy:={path}"],
-            capture_output=True,
-            text=True,
-            timeout=SECONDS,
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
+    done = ended([node, "--ros-args", "-p", f"policy:={path}"])
+    if done is None:
         return False
     lines = (done.stdout + done.stderr).strip().splitlines()
     return done.returncode != 0 and len(lines) == 1 and path.name in lines[0]

@@ -20,10 +20,10 @@ from hri_prediction.hybrid.body import CONVENTION
 from hri_prediction.hybrid.weight_file import load_process, shipped_hash
 from hri_prediction.motor_control.batch import prepare
 from hri_prediction.results.kept import kept
-from hri_prediction.results.options import Workers, make_folders, resumable
+from hri_prediction.results.options import Scheduler, Workers, make_folders, resumable
 from hri_prediction.results.origin import available_cores, results_origin
 from hri_prediction.results.progress import ProgressLine
-from hri_prediction.results.workers import do_all
+from hri_prediction.results.workers import computed_with, do_all
 from hri_sim.hybrid import pictures, tables
 from hri_sim.hybrid.latency import Timed, latency, measure, stream
 from hri_sim.hybrid.others_weights import others_weights
@@ -111,7 +111,12 @@ def do_turn(turn: Turn) -> tuple[int, Course]:
 
 
 def run_family(
-    family: str, extent: Extent, seed: int, workers: int, progress: Callable[[int, int], None]
+    family: str,
+    extent: Extent,
+    seed: int,
+    workers: int,
+    scheduler: str | None,
+    progress: Callable[[int, int], None],
 ) -> list[Course]:
     """All people of a family, each by itself."""
     subjects = draw_subjects(
@@ -123,8 +128,9 @@ def run_family(
         do_turn,
         turns,
         workers=workers,
+        scheduler=scheduler,
         prepare=functools.partial(prepare, (CONVENTION,)),
-        computed_with=dict,
+        computed_with=functools.partial(computed_with, WORK, PACKAGES),
     ):
         courses[index] = course
         progress(len(courses), len(subjects))
@@ -176,6 +182,7 @@ def reproduce_hybrid(
     ] = None,
     seed: Annotated[int, typer.Option(help="Of people and all that they do.", min=0)] = 0,
     workers: Workers = None,
+    scheduler: Scheduler = None,
     runs: Annotated[
         Path, typer.Option(help="Folder of what is done, which is not done again.")
     ] = RUNS,
@@ -204,7 +211,9 @@ def reproduce_hybrid(
         weights = shipped_hash()  # all first guesses depend on them
         for family in extent.families:
             progress.say(f"simulated people, {family}")
-            work = functools.partial(run_family, family, extent, seed, cores, progress.count)
+            work = functools.partial(
+                run_family, family, extent, seed, cores, scheduler, progress.count
+            )
             families[family] = keep(repr((family, extent, seed, weights)), of_family(work))
         progress.say("recorded people")
         real: dict[str, Any] = {"skipped": "--smoke"}

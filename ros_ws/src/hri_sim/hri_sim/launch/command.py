@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 
 from hri_prediction.errors import HriError
-from hri_sim.launch.folder import LOGS
+from hri_sim.launch.folder import LOGS, holds_a_run
 from hri_sim.launch.run import RunOptions, run_graph
 from hri_sim.launch.summary import SUMMARY, print_table, succeeded
 from hri_sim.launch.telling import explain, left_words, print_line
@@ -57,6 +57,8 @@ def conduct(options: RunOptions, console: Console, *, picture: bool, video: bool
     begin = time.monotonic()
     folder = options.out
     files = {"bag": options.bag or folder / "bag", "figures": folder / SUMMARY}
+    # The folder of another run, which is refused, is left as it is.
+    others = holds_a_run(folder)
     try:
         result = run_graph(options, console)
         print_table(console, result.summary)
@@ -64,7 +66,7 @@ def conduct(options: RunOptions, console: Console, *, picture: bool, video: bool
             files |= draw(result.series.record, folder, console, picture=picture, video=video)
     except (HriError, OSError) as error:
         explain(error, console)
-        for text in left_words(folder, files["bag"]):
+        for text in [] if others else left_words(folder, files["bag"]):
             print_line(console, text)
         raise typer.Exit(1) from error
     except (KeyboardInterrupt, SystemExit) as error:

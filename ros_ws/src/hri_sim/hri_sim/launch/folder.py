@@ -17,6 +17,12 @@ NOT_BEGUN = "did_not_begin"
 """A file among the logs that says that there was no run: the next one may use the folder."""
 
 
+def holds_a_run(folder: Path) -> bool:
+    """Whether a folder holds what a run has left, other than the logs of one that did not begin."""
+    logs = folder / LOGS
+    return logs.is_dir() and not (logs / NOT_BEGUN).is_file()
+
+
 class NewFolder:
     """A new or empty folder, made with its parents; what was made can be taken back.
 
@@ -36,9 +42,8 @@ class NewFolder:
         self._made = [path for path in (folder, *folder.parents) if not path.exists()]
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            if [path.name for path in folder.iterdir()] == [LOGS] and (
-                folder / LOGS / NOT_BEGUN
-            ).is_file():
+            names = [path.name for path in folder.iterdir()]
+            if names == [LOGS] and not holds_a_run(folder):
                 shutil.rmtree(folder / LOGS)
             if any(folder.iterdir()):
                 raise ConfigError(

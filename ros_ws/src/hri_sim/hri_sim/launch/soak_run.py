@@ -64,7 +64,6 @@ def run_soak(options: SoakOptions, console: Console) -> None:
         GraphError: when the graph did not come up or got stuck.
     """
     kinds = chosen_kinds(options.faults)
-    check_disk(options.out, MB_A_MINUTE * options.minutes)
     run = RunOptions(
         out=options.out,
         seed=options.seed,
@@ -76,6 +75,8 @@ def run_soak(options: SoakOptions, console: Console) -> None:
         RunFolders(run.out, None, (SCENARIO, LIBRARY, LOG)) as folders,
         EndingSignals() as signals,
     ):
+        # A folder that cannot be written says so first, and not that its disk is full.
+        check_disk(options.out, MB_A_MINUTE * options.minutes)
         prepared = prepare(run, folders.bag, console)
         labels = tuple(spec.label for spec in prepared.specs)
         sampler = Sampler(folders.bag)

@@ -109,6 +109,14 @@ def _recorded(series: Series, begin_s: float, end_s: float) -> bool:
     return not between and bool(end_s <= series.record.time_s[-1])
 
 
+def _ended_early_s(series: Series | None, reports: list[ReachReport]) -> float | None:
+    """How long before the last reach was over the recording ended [s]; None: nothing was recorded."""
+    if series is None or not reports:
+        return None
+    end_s = (max(report.over_ns for report in reports) - series.origin_ns) / NANO
+    return max(end_s - float(series.record.time_s[-1]), 0.0)
+
+
 def _least_of_baseline(series: Series | None) -> float | None:
     """Smallest clearance of the baseline while its people, those of the recording, were recorded."""
     if series is None or series.record.baseline is None:
@@ -178,6 +186,7 @@ def summarise(
         "bag": str(bag),
         "bags": [str(path) for path in bag_folders(bag)],
         "recording_gaps_s": [] if series is None else [list(gap) for gap in series.gaps_s],
+        "recording_ended_early_s": _ended_early_s(series, reports),
         "seed": seed,
     }
 

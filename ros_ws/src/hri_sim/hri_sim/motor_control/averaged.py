@@ -43,6 +43,7 @@ def explain_means(
     file: Path,
     *,
     workers: int,
+    scheduler: str | None = None,
     progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> ReachTable:
     """Explain the mean reach of each task of a table by the five costs of chapter 3.
@@ -51,6 +52,7 @@ def explain_means(
         table: Reaches of many people.
         file: Where outcomes are kept.
         workers: Processes.
+        scheduler: Of a Dask cluster that does it instead.
         progress: Called with reaches done, and their number.
     """
     arm = ArmModel.of_body()
@@ -64,7 +66,9 @@ def explain_means(
             )
         )
     jobs = [Job(i, each, arm, CHAPTER_3) for i, each in enumerate(reaches)]
-    outcomes = explain_all(jobs, workers=workers, kept=Kept(file), progress=progress)
+    outcomes = explain_all(
+        jobs, workers=workers, scheduler=scheduler, kept=Kept(file), progress=progress
+    )
     return table_of(
         CHAPTER_3,
         reaches,

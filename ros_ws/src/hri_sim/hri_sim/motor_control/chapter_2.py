@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hri_prediction.motor_control.analyses.behaviour import correlation, posture_space
+from hri_prediction.motor_control.analyses.behaviour import among_people, correlation, posture_space
 from hri_prediction.motor_control.analyses.discomfort import FORMS, SIX, Discomfort, fit_discomfort
 from hri_prediction.motor_control.analyses.selection import model_of
 from hri_prediction.motor_control.analyses.table import ReachTable
@@ -48,8 +48,8 @@ def spread(values: Array) -> dict[str, float | None]:
     return {"mean": float(good.mean()), "sd": float(good.std())}
 
 
-def behaviour(table: ReachTable) -> dict[str, Any]:
-    """Durations, speeds and end points (tables 2.3 and 2.4, section 2.3.1)."""
+def behaviour(table: ReachTable, rng: np.random.Generator) -> dict[str, Any]:
+    """Durations, speeds and end points (tables 2.3 and 2.4, section 2.3.1); people are drawn by rng."""
     first = table.where(table.start == table.start[0])
     people = list(dict.fromkeys(table.person.tolist()))
     quantities = {
@@ -73,11 +73,11 @@ def behaviour(table: ReachTable) -> dict[str, Any]:
         },
         "correlations": {
             name: {
-                "pooled": asdict(correlation(table.length_m, values)),
+                "pooled": asdict(among_people(table.length_m, values, table.person, rng)),
                 "people": {
                     person: correlation(
                         table.length_m[table.person == person], values[table.person == person]
-                    ).r
+                    )
                     for person in people
                 },
             }
@@ -169,7 +169,7 @@ def recovery(table: ReachTable) -> dict[str, Any]:
         "r2": 1.0 - float(np.square(apart).sum() / np.square(truth).sum()),
         "covered_95": float(inside[free].mean()),
         "share_at_zero": float((~free).mean()),
-        "dynamic_correlation": correlation(table.dynamic, dynamic).r,
+        "dynamic_correlation": correlation(table.dynamic, dynamic),
     }
 
 
@@ -180,7 +180,7 @@ def components(table: ReachTable) -> dict[str, Any]:
         "ratios": space.ratios.tolist(),
         "first_three": float(space.ratios[:3].sum()),
         "correlation_with_dynamic": [
-            correlation(space.scores[:, i], table.dynamic).r for i in range(3)
+            correlation(space.scores[:, i], table.dynamic) for i in range(3)
         ],
     }
 
@@ -192,19 +192,30 @@ def discomfort(table: ReachTable, rng: np.random.Generator, tick: Tick) -> dict[
     result: dict[str, Any] = {}
     for number, form in enumerate(FORMS):
         found = fit_discomfort(
-            table.q_start, table.q_end, table.dynamic, form, rng, smoothing=POOLED_SPAN
+            table.q_start,
+            table.q_end,
+            table.dynamic,
+            form,
+            rng,
+            person=table.person,
+            task=table.task,
+            smoothing=POOLED_SPAN,
         )
         result[form] = _plain(found)
         tick(number + 1, count)
     known = np.isfinite(table.truth).all(axis=1)
     if known.all():
         truth = shares(table.truth, table.names, ("torque_change", "energy"))
-        found = fit_discomfort(table.q_start, table.q_end, truth, SIX, rng)
-        result["truth_r2"] = found.r2
+        found = fit_discomfort(
+            table.q_start, table.q_end, truth, SIX, rng, person=table.person, task=table.task
+        )
+        result["truth_r2"], result["truth_chance_r2"] = found.r2, found.chance_r2
     result["people"] = {}
     for number, person in enumerate(people):
         own = table.of([person])
-        found = fit_discomfort(own.q_start, own.q_end, own.dynamic, SIX, rng, smoothing=PERSON_SPAN)
+        found = fit_discomfort(
+            own.q_start, own.q_end, own.dynamic, SIX, rng, task=own.task, smoothing=PERSON_SPAN
+        )
         result["people"][person] = _plain(found)
         tick(len(FORMS) + number + 2, count)
     return result

@@ -81,7 +81,9 @@ def heights(table: ReachTable) -> dict[str, Any]:
 
 def discomfort(table: ReachTable, rng: np.random.Generator) -> dict[str, Any]:
     """Discomfort of the three angles (eqs. 3.5 to 3.8)."""
-    found = fit_discomfort(table.q_start, table.q_end, table.dynamic, THREE, rng)
+    found = fit_discomfort(
+        table.q_start, table.q_end, table.dynamic, THREE, rng, person=table.person, task=table.task
+    )
     return {
         "beta": found.beta.tolist(),
         "r2": found.r2,

@@ -34,6 +34,7 @@ def explain_real(
     kept: Path,
     *,
     workers: int,
+    scheduler: str | None = None,
     smoke: bool = False,
     convention: str = CONVENTION,
     progress: Callable[[int, int], None] = lambda done, of: None,
@@ -44,6 +45,7 @@ def explain_real(
         file: Tracks with labels of subject, side and task.
         kept: File where outcomes are kept.
         workers: Processes.
+        scheduler: Of a Dask cluster that does it instead.
         smoke: The first few alone.
         convention: Of joint angles.
         progress: Called with reaches done, and their number.
@@ -65,15 +67,18 @@ def explain_real(
         Job(i, each.observed, each.arm, correlated=correlated(each.observed))
         for i, each in enumerate(reaches)
     ]
-    outcomes = explain_all(jobs, workers=workers, kept=Kept(kept), progress=progress)
-    parts = [each.observed.name.split() for each in reaches]
+    outcomes = explain_all(
+        jobs, workers=workers, scheduler=scheduler, kept=Kept(kept), progress=progress
+    )
+    arms = [each.person.rsplit(" ", 1) for each in reaches]
+    tasks = [each.task.rsplit(".", 1)[0] for each in reaches]
     table = table_of(
         CHAPTER_2,
         [each.observed for each in reaches],
         outcomes,
-        person=[part[0] for part in parts],
-        start=[part[1] for part in parts],
-        target=[TASKS.get(part[2], part[2]) for part in parts],
+        person=[who for who, _ in arms],
+        start=[side for _, side in arms],
+        target=[TASKS.get(task, task) for task in tasks],
     )
     return table, skipped
 

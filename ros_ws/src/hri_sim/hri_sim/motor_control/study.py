@@ -91,8 +91,8 @@ def people_of(study: Study) -> list[Reacher]:
     return draw_people(study.people, rng, design.STARTS_12_DEG)
 
 
-def do_turn(turn: Turn) -> Turn:
-    """Let a person reach, see, explain, and keep what came of it."""
+def do_turn(turn: Turn) -> tuple[int, ReachTable]:
+    """Let a person reach, see and explain it; the number of the person, and what came of it."""
     study = turn.study
     person = people_of(study)[turn.index]
     rng = np.random.default_rng([study.seed, study.people, turn.index])
@@ -120,10 +120,7 @@ def do_turn(turn: Turn) -> Turn:
             ]
         ),
     )
-    new = turn.path.with_suffix(f".{turn.index}.new.npz")
-    table.save(new)
-    new.replace(turn.path)
-    return turn
+    return turn.index, table
 
 
 def carry_out(
@@ -140,7 +137,7 @@ def carry_out(
         study: What is done.
         folder: Where people's turns are kept; it is there.
         workers: Processes.
-        scheduler: Of a Dask cluster that does it instead; it must share the folder.
+        scheduler: Of a Dask cluster that does it instead; what they return is kept here.
         progress: Called with people who are done, and their number.
 
     Raises:
@@ -163,7 +160,11 @@ def carry_out(
         prepare=functools.partial(prepare, (YAW_PITCH.name,)),
         computed_with=functools.partial(computed_with, WORK, PACKAGES),
     )
-    for turn in results if missing else ():
-        tables[turn.index] = load(turn.path)
+    for index, found in results if missing else ():
+        path = turns[index].path
+        new = path.with_suffix(f".{index}.new.npz")
+        found.save(new)
+        new.replace(path)
+        tables[index] = found
         progress(len(tables), len(turns))
     return together([tables[turn.index] for turn in turns])

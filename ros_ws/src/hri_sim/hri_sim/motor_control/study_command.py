@@ -47,7 +47,7 @@ def of_chapter_2(
     progress.say("discomfort")
     return {
         "not_explained": int((table.error != "").sum()),
-        "behaviour": chapter_2.behaviour(table),
+        "behaviour": chapter_2.behaviour(table, np.random.default_rng([seed, 5])),
         "errors": chapter_2.errors(whole),
         "contributions": chapter_2.contributions(whole),
         "recovery": chapter_2.recovery(whole),
@@ -59,7 +59,14 @@ def of_chapter_2(
 
 
 def of_real(
-    runs: Path, pictures: Path, *, workers: int, smoke: bool, seed: int, progress: ProgressLine
+    runs: Path,
+    pictures: Path,
+    *,
+    workers: int,
+    scheduler: str | None,
+    smoke: bool,
+    seed: int,
+    progress: ProgressLine,
 ) -> dict[str, Any]:
     """The same of recorded reaches, where they are."""
     folder = os.environ.get(DATA_VARIABLE, "")
@@ -76,6 +83,7 @@ def of_real(
             file,
             runs / f"real_{convention}.jsonl",
             workers=workers,
+            scheduler=scheduler,
             smoke=smoke,
             convention=convention,
             progress=progress.count,
@@ -120,7 +128,11 @@ def reproduce(
     )
     progress.say("mean reaches, five costs")
     means = explain_means(
-        table, runs / "means.jsonl", workers=workers, progress=progress.count
+        table,
+        runs / "means.jsonl",
+        workers=workers,
+        scheduler=scheduler,
+        progress=progress.count,
     ).explained
     of_chapter = np.isin(table.start, [f"P{index + 1}" for index in design.IN_CHAPTER_2])
     nine = table.where(of_chapter)
@@ -131,7 +143,15 @@ def reproduce(
         "heights": chapter_3.heights(table.explained),
         "discomfort": chapter_3.discomfort(means, np.random.default_rng([study.seed, 3])),
     }
-    real = of_real(runs, pictures, workers=workers, smoke=smoke, seed=study.seed, progress=progress)
+    real = of_real(
+        runs,
+        pictures,
+        workers=workers,
+        scheduler=scheduler,
+        smoke=smoke,
+        seed=study.seed,
+        progress=progress,
+    )
     progress.say("pictures")
     study_pictures.single_costs(pictures / "single_costs.png")
     study_pictures.error_boxes(nine.explained, pictures / "errors.png", "mean reaches")

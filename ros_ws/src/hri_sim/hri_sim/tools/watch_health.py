@@ -43,7 +43,8 @@ _HELP = """Show how every node does: state, timing, late inputs, losses, and wha
 
 Green: OK. Yellow: WARN. Red: ERROR. Magenta: STALE, it has said nothing for 2 s or is gone. A table that is
 drawn anew on a terminal, plain text each second elsewhere. Nodes of this machine that a signal has stopped
-have a row, also when the graph has forgotten them.
+have a row, also when the graph has forgotten them. A node that was gone before this began is not known:
+name those that have to be there with --node.
 
 \b
   tick      what ticks take, median and 99th percentile, and their period
@@ -56,7 +57,7 @@ have a row, also when the graph has forgotten them.
 examples:
   watch_health.py                                 until Ctrl-C
   watch_health.py --once && echo all is well      for scripts
-  watch_health.py --node predictor --node ptomp
+  watch_health.py --once --node recorder          1 when there is none
   watch_health.py --duration 60 --json > health.jsonl
 """
 

@@ -2,8 +2,8 @@ r"""Discomfort of a reach, and how much of the share of dynamic costs it explain
 
 Discomfort is linear in joint angles, so the weights of greatest :math:`R^2` are those of linear regression,
 but for their length. Regression on anything explains something: beside each :math:`R^2` stands what the
-same shares in random order come to. The thesis smoothed the shares before; that makes any
-:math:`R^2` larger, and is here for comparison alone.
+same shares come to in random order (:mod:`~hri_prediction.motor_control.analyses.orders`). The thesis
+smoothed the shares before; that makes any :math:`R^2` larger, and is here for comparison alone.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from statsmodels.nonparametric.smoothers_lowess import lowess
 
 from hri_prediction.errors import DataError
+from hri_prediction.motor_control.analyses.orders import random_orders
 
 Array = NDArray[np.float64]
 
@@ -72,6 +73,8 @@ def fit_discomfort(
     form: str,
     rng: np.random.Generator,
     *,
+    person: NDArray[np.str_] | None = None,
+    task: NDArray[np.str_] | None = None,
     smoothing: float = 0.0,
     permutations: int = _PERMUTATIONS,
 ) -> Discomfort:
@@ -83,6 +86,9 @@ def fit_discomfort(
         share: Share of dynamic costs (N,).
         form: Equation.
         rng: For random orders.
+        person: Who reached (N,); none: one person.
+        task: What was done (N,): tasks change places, the same ones in all people; none: each reach is
+            one of its own.
         smoothing: Span of local regression, as a share of the reaches; 0: none.
         permutations: Number of random orders.
 
@@ -99,7 +105,10 @@ def fit_discomfort(
     # What a line through all terms explains does not depend on how they are scaled.
     basis, _ = np.linalg.qr(np.column_stack([np.ones(count), columns]))
     explains = _explained(basis, share)
-    orders = np.array([rng.permutation(share) for _ in range(permutations)])
+    who = np.zeros(count, dtype=int) if person is None else person
+    orders = share[
+        random_orders(who, np.arange(count) if task is None else task, permutations, rng)
+    ]
     chance = np.array([_explained(basis, order) for order in orders])
     found = np.linalg.lstsq(np.column_stack([np.ones(count), columns]), share, rcond=None)[0]
     raw = found[1:]

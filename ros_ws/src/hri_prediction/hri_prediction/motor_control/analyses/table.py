@@ -78,6 +78,11 @@ class ReachTable:
         return len(self.person)
 
     @property
+    def task(self) -> Names:
+        """Where from and where to (N,)."""
+        return np.char.add(np.char.add(self.start, " "), self.target)
+
+    @property
     def dynamic(self) -> Array:
         """Share of the dynamic costs in alpha (N,)."""
         return shares(self.alpha, self.names, DYNAMIC)
