@@ -339,7 +339,7 @@ def _classifier() -> InteractionClassifier:
     """Of two classes."""
     forms = np.linspace(-0.1, 0.1, TERMS)[None]
     return InteractionClassifier(
-        np.array([1, 13]), np.full(25, 0.4), np.full(25, 0.1), forms, 2.0, "a test"
+        np.array([1, 13]), np.full(25, 0.4), np.full(25, 0.1), forms, 2.0, np.eye(25), 9.0, "a test"
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -389,16 +390,14 @@ def test_clocks_and_frames(people: tuple[Graph, Someone]) -> None:
 def test_wrong_classifiers_and_pairs_are_refused(tmp_path: Path) -> None:
     junk = tmp_path / "junk.npz"
     junk.write_bytes(b"junk")
-    with pytest.raises(DataError, match="hri-interaction-classifier-1"):
+    with pytest.raises(DataError, match="hri-interaction-classifier-2"):
         graph_of(1, classifier=str(junk))
     with pytest.raises(ConfigError, match="two different ids"):
         graph_of(1, pair=["a"])
     with pytest.raises(ConfigError, match="part of topics"):
         graph_of(1, pair=["a", "anna-2"])
     model = InteractionClassifier.load(SHIPPED)
-    other = InteractionClassifier(
-        model.classes + 20, model.mean, model.scale, model.forms, model.slope
-    )
+    other = replace(model, classes=model.classes + 20)
     other.save(tmp_path / "other.npz")
     with pytest.raises(ConfigError, match="cases from 1 to 20"):
         graph_of(1, classifier=str(tmp_path / "other.npz"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,7 @@ from hri_prediction.ontology.classifier import (
 )
 from hri_prediction.ontology.features import EXCHANGED
 from hri_prediction.ontology.shipped import SHIPPED
-from hri_prediction.ontology.verdict import verdict_on
+from hri_prediction.ontology.verdict import grouped, verdict_on
 
 
 def blobs(
@@ -116,7 +117,7 @@ def test_the_same_generator_gives_the_same_machine() -> None:
     np.testing.assert_array_equal(one.forms, other.forms)
 
 
-@pytest.mark.parametrize("name", ["classes", "forms", "mean"])
+@pytest.mark.parametrize("name", ["classes", "forms", "mean", "root"])
 def test_incomplete_files_are_refused(
     model: InteractionClassifier, tmp_path: Path, name: str
 ) -> None:
@@ -124,24 +125,26 @@ def test_incomplete_files_are_refused(
 
     path = tmp_path / "model.npz"
     model.save(path)
-    arrays, header = read_npz(path, "hri-interaction-classifier-1")
+    arrays, header = read_npz(path, "hri-interaction-classifier-2")
     del arrays[name]
     write_npz(path, arrays, header)
     with pytest.raises(DataError, match="is incomplete"):
         InteractionClassifier.load(path)
     path.write_bytes(b"junk")
-    with pytest.raises(DataError, match=r"hri-interaction-classifier-1"):
+    with pytest.raises(DataError, match=r"hri-interaction-classifier-2"):
         InteractionClassifier.load(path)
 
 
 def test_wrong_arrays_are_refused(model: InteractionClassifier) -> None:
-    arguments = (model.classes, model.mean, model.scale, model.forms)
-    with pytest.raises(DataError, match="forms has shape"):
-        InteractionClassifier(*arguments[:3], model.forms[:, 1:], 1.0)
-    with pytest.raises(DataError, match="slope"):
-        InteractionClassifier(*arguments, 0.0)
-    with pytest.raises(DataError, match="increasing"):
-        InteractionClassifier(model.classes[::-1], *arguments[1:], 1.0)
+    for change, match in (
+        ({"forms": model.forms[:, 1:]}, "forms has shape"),
+        ({"slope": 0.0}, "slope"),
+        ({"farthest": np.inf}, "farthest"),
+        ({"root": -model.root}, "diagonal"),
+        ({"classes": model.classes[::-1]}, "increasing"),
+    ):
+        with pytest.raises(DataError, match=match):
+            replace(model, **change)  # type: ignore[arg-type]
     with pytest.raises(DataError, match=r"features have shape"):
         model.decisions(np.zeros((2, 24)))
 
@@ -159,6 +162,32 @@ def test_a_distance_that_is_always_the_same_is_named() -> None:
     features[:, 0] = 0.3
     with pytest.raises(DataError, match="the distance humerus-humerus is the same"):
         train(features, labels, rng=np.random.default_rng(0))
+
+
+def test_each_distance_as_usual_and_all_together_as_never() -> None:
+    """Two distances that always go together, in a movement in which they do not."""
+    rng = np.random.default_rng(6)
+    labels = np.repeat([1, 4], 200)
+    features = rng.normal(0.5, 0.1, (400, 25))
+    features[:, 24] = features[:, 0] + rng.normal(
+        0.0, 0.01, 400
+    )  # both orders: neither is exchanged
+    model = train(features, labels, rng=rng)
+    assert model.strangeness(features).max() == pytest.approx(1.0, abs=1e-6)
+    assert model.unlike(features[0]) == ""
+    strange = np.full(25, 0.5)
+    strange[[0, 24]] = 0.6, 0.4  # one standard deviation each
+    assert (np.abs(strange - model.mean) < 1.5 * model.scale).all()
+    said = model.unlike(strange)
+    assert said.startswith("unlike what was learnt: ")
+    assert "humerus-humerus" in said or "hand tip-hand tip" in said
+
+
+def test_probabilities_of_groups_are_sums() -> None:
+    given = np.array([[0.1, 0.2, 0.3, 0.4], [0.7, 0.1, 0.1, 0.1]])
+    numbers, sums = grouped(np.array([1, 10, 12, 13]), given)
+    assert numbers.tolist() == [1, 4, 6]
+    np.testing.assert_allclose(sums, [[0.1, 0.5, 0.4], [0.7, 0.2, 0.1]])
 
 
 def test_groups_are_as_likely_as_their_cases_together(model: InteractionClassifier) -> None:

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from hri_prediction.ontology.classifier import InteractionClassifier
+from hri_prediction.ontology.classifier import COST, InteractionClassifier
 from hri_prediction.ontology.cost_file import load_costs
-from hri_prediction.ontology.costs import COSTS
+from hri_prediction.ontology.costs import COSTS, LENGTH_M
+from hri_prediction.ontology.movements import PENALTY
 from hri_prediction.ontology.piirl import Learnt
+from hri_prediction.ontology.recordings import tracks_of_bag, write_sessions
 from hri_prediction.ontology.table import SegmentTable
 from hri_prediction.results.options import run_app
+from hri_prediction.ros.arm_bag import write_arms_bag
 from hri_sim.ontology import costs_command, evaluation_command, training_command
 from hri_sim.ontology.cosine import (
     ALL_JOINTS,
@@ -26,6 +30,7 @@ from hri_sim.ontology.cosine import (
 )
 from hri_sim.ontology.data import simulated_table
 from hri_sim.ontology.sessions import DyadStudy, sessions_of
+from hri_sim.ontology.shipped import judge_shipped
 from hri_sim.tools import simulate_dyads
 
 
@@ -157,16 +162,32 @@ def test_evaluation(segments: Path, tmp_path: Path, capsys: pytest.CaptureFixtur
         assert 0.0 < told[labels]["by_subject"] <= 1.0
     text = (tmp_path / "out" / "ontology.md").read_text()
     assert "thesis, human data, random halves" in text
+    assert 0.0 < told["grouped"]["by_subject"] <= 1.0
+    assert told["shipped"]["grouped"] >= told["shipped"]["full"] > 0.5
+    assert told["options"] == {"random halves": 2, "cost": COST}
+    assert "### The classifier that ships" in text
     for name in ("confusion_full.png", "confusion_reduced.png"):
         assert (tmp_path / "out" / name).exists()
     kept = len(list(tmp_path.glob("splits_*/*.json")))
-    assert kept == 2 * 2 + 2 + 2 * 2 + 2 + 2 + 3
+    assert kept == 2 * 2 + 3 + 2 * 3 + 2 + 2 + 3
     assert set(told["position_left_out"]) == {"frontal", "orthogonal", "same side"}
     # Again: nothing is done twice.
     before = {path: path.stat().st_mtime_ns for path in tmp_path.glob("splits_*/*.json")}
     assert run(evaluation_command, *arguments) == 0
     assert before == {path: path.stat().st_mtime_ns for path in tmp_path.glob("splits_*/*.json")}
     assert "by subject" in capsys.readouterr().out
+
+
+def test_the_classifier_that_ships_recognises_strangers(tmp_path: Path) -> None:
+    """People and places that it has not learnt, in all cases: no less than a part of what is reported."""
+    study = DyadStudy(encounters=2, people=2)
+    table = simulated_table(sessions_of(study, 5), study, tmp_path, 2, lambda done, of: None)
+    found = judge_shipped(table)
+    print(found.to_mapping())
+    assert found.cases.overall > 0.4
+    assert found.classes.overall > 0.6
+    assert found.unlike < 0.1
+    assert "none of the people" in "\n".join(found.lines(strangers=True))
 
 
 def test_small_recordings_are_evaluated_as_far_as_they_go(segments: Path, tmp_path: Path) -> None:
@@ -251,6 +272,7 @@ def test_learning_costs(tmp_path: Path) -> None:
     assert found.cases["case_2"].cosine is not None
     assert found.cases["case_2"].cosine > 0.9
     assert "cosine" in (out / "costs.md").read_text()
+    assert "a smoke run: of no use" in found.about
     # With the trunk as it was nothing can be learnt of where the shoulder is.
     assert "arm alone" in found.about
     shoulders = [k for k, name in enumerate(COSTS) if name.startswith("shoulder-")]
@@ -282,6 +304,52 @@ def test_costs_of_recordings_are_drawn_anew(
     assert "Nobody knows the costs of people who were recorded" in text
     assert "--joints all of recordings" in said
     assert all(one in text and one in said for one in told["warnings"])
+    assert told["options"] == {
+        "seed": 0,
+        "people": None,
+        "samples": 8,
+        "penalty": PENALTY,
+        "length": LENGTH_M,
+        "joints": "all",
+    }
+    near = tmp_path / "near"
+    assert run(costs_command, "--out", near, "--length", 0.1, *arguments) == 0
+    found, usual = (load_costs(folder / "costs.json") for folder in (near, out))
+    assert (found.length, usual.length) == (0.1, LENGTH_M)
+    assert (found.cases["case_13"].scale < usual.cases["case_13"].scale)[:25].all()
+
+
+def test_movements_that_are_refused_are_counted(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """And a recording of which nothing is left is named."""
+    bags = tmp_path / "bags"
+    for case in (1, 2):
+        arguments = ("--case", case, "--position", "frontal", "--encounters", 4)
+        assert run(simulate_dyads, "--out", bags / str(case), *arguments) == 0
+    (one,) = (bags / "1").glob("case_1_*")
+    (other,) = (bags / "2").glob("case_2_*")
+    tracks = tracks_of_bag(other)
+    lost = tracks[1].keypoints.copy()
+    lost[:, 1] = np.nan  # the elbow of one of them
+    write_arms_bag(bags / "blind", [tracks[0], replace(tracks[1], keypoints=lost)], {})
+    write_sessions(
+        bags / "sessions.yaml",
+        [
+            {"bag": str(path.relative_to(bags)), "case": case, "subject": "s1"}
+            for path, case in ((one, 1), (other, 2), (bags / "blind", 2))
+        ],
+    )
+    out = tmp_path / "out"
+    arguments = ("--data", bags, "--out", out, "--runs", tmp_path)
+    assert run(training_command, *arguments) == 0
+    told = json.loads((out / "results.json").read_text())
+    line = next(line for line in told["refused"] if line.startswith("blind: "))
+    assert "8 of 8 movements refused" in line
+    assert "both arms were seen for too little of it" in line
+    assert line in (out / "training.md").read_text()
+    assert line in capsys.readouterr().out
+    assert told["sessions"] == 2
 
 
 @pytest.mark.parametrize(
@@ -296,6 +364,8 @@ def test_costs_of_recordings_are_drawn_anew(
             "--live 30 with --data some.npz",
         ),
         (costs_command, ("--case", "21"), "1 to 20"),
+        (costs_command, ("--length", "0.1"), "--length 0.1 with simulated people"),
+        (training_command, ("--data", "some.npz", "--smoke"), "--smoke with --data some.npz"),
         (costs_command, ("--data", "nowhere"), "nowhere"),
         (costs_command, ("--joints", "legs"), "one of all, arm"),
         (costs_command, ("--data", "nowhere", "--people", 2), "--people with --data nowhere"),

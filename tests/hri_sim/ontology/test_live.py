@@ -29,6 +29,7 @@ def told(
         end_ms * MS,
         newest_ms * MS,
         (end_ms or until_ms) * MS,
+        meant=3,
     )
 
 
@@ -49,6 +50,7 @@ def test_times_count_from_the_end_of_the_movement() -> None:
     assert found.complete_ms == (200.0,)
     assert found.computed_ms == (5.0,)
     assert found.same == 0.0
+    assert (found.right, found.class_right) == (1.0, 1.0)
     text = "\n".join(live_lines(live_summary(found)))
     assert "1 movements" in text
     assert "| 30.0 | 30.0 | 30.0 |" in text
@@ -60,6 +62,14 @@ def test_what_was_never_told_before_counts_from_the_end_message() -> None:
     assert found.case_ms == found.known_ms == (200.0,)
     assert found.same == 0.0
     assert "of 0.0 % of them, **missed**" in "\n".join(live_lines(live_summary(found)))
+
+
+def test_a_monitor_that_is_always_wrong_is_not_right() -> None:
+    """However soon it says what it says in the end."""
+    found = figures_of([told(1010, 2, newest_ms=1005), told(1200, 2, end_ms=1000)])
+    assert found.same == 1.0
+    assert (found.right, found.class_right) == (0.0, 0.0)
+    assert "in for 0 % of them" in "\n".join(live_lines(live_summary(found)))
 
 
 def test_nothing_heard() -> None:

@@ -24,7 +24,9 @@ Array = NDArray[np.float64]
 class Law(Protocol):
     """What is asked of a law."""
 
-    theta: Array
+    @property
+    def theta(self) -> Array:
+        """Its parameters (n - 1, 7)."""
 
     def alpha(self, q_start: ArrayLike, q_end: ArrayLike) -> Array:
         """Weights (..., n) of reaches between postures (..., 3) [rad]."""

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import cho_solve, solve_triangular
 from scipy.optimize import minimize_scalar
 from scipy.special import expit, logsumexp
 
@@ -26,7 +27,7 @@ from hri_prediction.promp.storage import read_npz, write_npz
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-FORMAT = "hri-interaction-classifier-1"
+FORMAT = "hri-interaction-classifier-2"
 COST = 100.0
 """Of the support vector machine: of what lies on the wrong side of the margin. With ten times as much
 recordings left out are hardly better recognised (simulated dyads, seed 0), with a third of it worse."""
@@ -35,8 +36,8 @@ _SLOPES = (0.05, 20.0)
 _UPPER = np.triu_indices(COUNT)
 TERMS = len(_UPPER[0]) + COUNT + 1
 """Products, features and the constant."""
-UNLIKE = 4.0
-"""So many standard deviations from what was learnt a distance is unlike it: farther than any that was."""
+_ROUGH = 1e-3
+"""Variance of a distance, by its own, below which nobody looks: some 4 mm, as like arms differ."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +51,8 @@ class InteractionClassifier:
         forms: Of each pair of classes, the coefficients of products (upper triangle), features and the
             constant (c (c - 1) / 2, 351); positive: the first of the pair.
         slope: Of the logistic function of a decision.
+        root: Lower Cholesky factor of the covariance of the features by their standard deviations (25, 25).
+        farthest: How far from the mean, by that covariance, segments are that were learnt, at most [-].
         about: What it was trained on.
     """
 
@@ -58,6 +61,8 @@ class InteractionClassifier:
     scale: FloatArray
     forms: FloatArray
     slope: float
+    root: FloatArray
+    farthest: float
     about: str = ""
 
     def __post_init__(self) -> None:
@@ -67,6 +72,7 @@ class InteractionClassifier:
             "mean": (COUNT,),
             "scale": (COUNT,),
             "forms": (count * (count - 1) // 2, TERMS),
+            "root": (COUNT, COUNT),
         }
         for name, shape in shapes.items():
             array = getattr(self, name)
@@ -74,8 +80,12 @@ class InteractionClassifier:
                 raise DataError(f"{name} has shape {array.shape}", expected=f"{shape}, finite")
         if count < 2 or (np.diff(self.classes) <= 0).any():
             raise DataError(f"classes {self.classes.tolist()}", expected="two or more, increasing")
-        if not ((self.scale > 0.0).all() and 0.0 < self.slope < np.inf):
-            raise DataError("a scale or the slope is not positive", expected="positive numbers")
+        positive = np.concatenate((self.scale, np.diag(self.root), [self.slope, self.farthest]))
+        if not ((positive > 0.0) & np.isfinite(positive)).all():
+            raise DataError(
+                "a scale, the slope, the root's diagonal or the farthest is not positive",
+                expected="positive numbers",
+            )
 
     def decisions(self, features: ArrayLike) -> FloatArray:
         """Decisions between all pairs (n, pairs) of features (n, 25) [m]."""
@@ -98,24 +108,31 @@ class InteractionClassifier:
         return found
 
     def strangeness(self, features: ArrayLike) -> FloatArray:
-        """How far features (n, 25) [m] are from those that were learnt (n, 25): standard deviations."""
-        found: FloatArray = np.abs(np.asarray(features, dtype=float) - self.mean) / self.scale
+        """How far features (n, 25) [m] are from those that were learnt (n,): 1 is as far as any of these.
+
+        By all distances together (Mahalanobis): each by itself may be as usual where no two arms have all.
+        """
+        z = (np.asarray(features, dtype=float) - self.mean) / self.scale
+        white = solve_triangular(self.root, z.T, lower=True)
+        found: FloatArray = np.linalg.norm(white, axis=0) / self.farthest
         return found
 
     def unlike(self, features: ArrayLike) -> str:
-        """Why probabilities say little: a distance like which none was learnt; empty where all are.
+        """Why probabilities say little: distances like which none were learnt; empty where all are.
 
         Args:
             features: Of one movement (25,) [m].
         """
         row = np.asarray(features, dtype=float)
-        strange = self.strangeness(row[None])[0]
-        worst = int(strange.argmax())
-        if strange[worst] <= UNLIKE:
+        strange = float(self.strangeness(row[None])[0])
+        if strange <= 1.0:
             return ""
+        # What each distance has a part in.
+        z = (row - self.mean) / self.scale
+        worst = int((z * cho_solve((self.root, True), z)).argmax())
         return (
-            f"unlike what was learnt: {FEATURES[worst]} {row[worst]:.2f} m, learnt "
-            f"{self.mean[worst]:.2f} ± {self.scale[worst]:.2f} m"
+            f"unlike what was learnt: {strange:.1f} times as far off as any of that, mostly by "
+            f"{FEATURES[worst]}, {row[worst]:.2f} m beside the others"
         )
 
     def classify(self, features: ArrayLike) -> IntArray:
@@ -130,8 +147,10 @@ class InteractionClassifier:
             "mean": self.mean,
             "scale": self.scale,
             "forms": self.forms.astype(np.float32),
+            "root": self.root,
         }
-        write_npz(path, arrays, {"format": FORMAT, "slope": self.slope, "about": self.about})
+        header = {"slope": self.slope, "farthest": self.farthest, "about": self.about}
+        write_npz(path, arrays, {"format": FORMAT, **header})
 
     @classmethod
     def load(cls, path: str | Path) -> InteractionClassifier:
@@ -142,11 +161,12 @@ class InteractionClassifier:
         """
         arrays, header = read_npz(path, FORMAT)
         try:
-            slope = header["slope"]
-            if not isinstance(slope, float):
-                raise DataError(f"slope = {shown(slope)}", expected="a number")
-            mean, scale, forms = (
-                np.asarray(arrays[name], dtype=float) for name in ("mean", "scale", "forms")
+            slope, farthest = header["slope"], header["farthest"]
+            for name, value in (("slope", slope), ("farthest", farthest)):
+                if not isinstance(value, float):
+                    raise DataError(f"{name} = {shown(value)}", expected="a number")
+            mean, scale, forms, root = (
+                np.asarray(arrays[name], dtype=float) for name in ("mean", "scale", "forms", "root")
             )
             classes = arrays["classes"]
             if classes.ndim != 1 or classes.dtype.kind not in "iu":
@@ -154,7 +174,7 @@ class InteractionClassifier:
                     f"classes are {classes.dtype} {classes.shape}", expected="numbers (c,)"
                 )
             about = str(header.get("about", ""))
-            return cls(classes.astype(np.int64), mean, scale, forms, slope, about)
+            return cls(classes.astype(np.int64), mean, scale, forms, slope, root, farthest, about)
         except DataError as error:
             raise DataError(f"{path}: {error.problem}", expected=error.expected) from error
         except (KeyError, ValueError, TypeError) as error:
@@ -200,8 +220,16 @@ def _fit(
     gamma = 1.0 / COUNT
     machine = SVC(C=cost, kernel="poly", degree=2, gamma=gamma, coef0=1.0, cache_size=500.0)
     machine.fit(z, labels)
+    root = np.linalg.cholesky(z.T @ z / len(z) + _ROUGH * np.eye(COUNT))
+    farthest = float(np.linalg.norm(solve_triangular(root, z.T, lower=True), axis=0).max())
     return InteractionClassifier(
-        np.asarray(machine.classes_, dtype=np.int64), mean, scale, _forms(machine, gamma), slope
+        np.asarray(machine.classes_, dtype=np.int64),
+        mean,
+        scale,
+        _forms(machine, gamma),
+        slope,
+        root,
+        farthest,
     )
 
 

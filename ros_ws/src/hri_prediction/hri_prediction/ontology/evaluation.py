@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from hri_prediction.errors import DataError
 from hri_prediction.ontology.classifier import COST, train
 from hri_prediction.ontology.table import SegmentTable
+from hri_prediction.ontology.verdict import grouped
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -18,12 +19,14 @@ BoolArray = NDArray[np.bool_]
 
 SLOPE = 2.0
 """Of the logistic function, where only the likeliest class counts: it hardly depends on it."""
-FULL, REDUCED = "full", "reduced"
+FULL, REDUCED, GROUPED = "full", "reduced", "grouped"
 KINDS = (FULL, REDUCED)
+"""A machine of cases, and one of the classes of the reduced ontology, as in the thesis. Grouped: these
+classes by the sums of the probabilities of cases, which is what the interaction monitor says."""
 
 
 def labels_of(table: SegmentTable, kind: str) -> IntArray:
-    """Numbers of the classes: of cases (:data:`FULL`) or of groups (:data:`REDUCED`)."""
+    """Numbers of the classes: of cases (:data:`FULL`) or of groups."""
     return table.case if kind == FULL else table.group
 
 
@@ -82,10 +85,20 @@ def judged(
         table: All segments.
         learnt: Which it learns (n,).
         tested: Which it is asked of (n,).
-        kind: :data:`FULL` or :data:`REDUCED`.
+        kind: :data:`FULL`, :data:`REDUCED` or :data:`GROUPED`.
         rng: For the training.
         cost: Of the machine.
     """
+    if kind == GROUPED:  # whose probabilities count: as what ships is trained
+        machine = train(
+            table.features[learnt],
+            table.case[learnt],
+            cost=cost,
+            groups=table.session[learnt],
+            rng=rng,
+        )
+        numbers, given = grouped(machine.classes, machine.probabilities(table.features[tested]))
+        return numbers[given.argmax(axis=1)]
     labels = labels_of(table, kind)
     model = train(table.features[learnt], labels[learnt], cost=cost, slope=SLOPE, rng=rng)
     return model.classify(table.features[tested])

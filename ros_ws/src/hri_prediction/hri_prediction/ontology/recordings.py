@@ -7,6 +7,8 @@ sessions:
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -50,6 +52,39 @@ class RecordedSession:
     position: str = ""
     bodies: tuple[str, ...] = ()
     side: str = "right"
+
+
+@dataclass(frozen=True)
+class Refused:
+    """Movements of a recording that nothing can be said of.
+
+    Attributes:
+        bag: Its folder or file.
+        taken: How many others there are.
+        reasons: Why, and how often.
+    """
+
+    bag: Path
+    taken: int
+    reasons: tuple[tuple[str, int], ...]
+
+    @property
+    def count(self) -> int:
+        """How many."""
+        return sum(number for _, number in self.reasons)
+
+    def line(self) -> str:
+        """In words."""
+        why = ", ".join(f"{number} {reason}" for reason, number in self.reasons)
+        return (
+            f"{self.bag.name}: {self.count} of {self.count + self.taken} movements refused: {why}"
+        )
+
+
+def kind_of(reason: str) -> str:
+    """The kind of a reason why a movement has no features: without its figures."""
+    words = re.sub(r"(: [\d.]+ s| by [\d.]+ m)$", "", reason)
+    return re.sub(r"for \d+ % of it", "for too little of it", words)
 
 
 def read_sessions(path: str | Path) -> list[RecordedSession]:
@@ -225,8 +260,8 @@ def _by_stamp(samples: Sequence[Sequence[ArmSample]]) -> list[tuple[int, ArmSamp
     return [items[index] for index in order]
 
 
-def table_of_recording(session: RecordedSession, number: int) -> SegmentTable:
-    """The segments of a session.
+def table_of_recording(session: RecordedSession, number: int) -> tuple[SegmentTable, Refused]:
+    """The segments of a session, and why other movements are none.
 
     Args:
         session: Which.
@@ -235,10 +270,12 @@ def table_of_recording(session: RecordedSession, number: int) -> SegmentTable:
     _, segments = segments_of_bag(session.bag, session.bodies, session.side)
     rows = [segment.features for segment in segments if segment.features is not None]
     count = len(rows)
-    return table_of(
+    table = table_of(
         rows,
         [session.case] * count,
         [session.subject] * count,
         [session.position] * count,
         [number] * count,
     )
+    kinds = Counter(kind_of(one.reason) for one in segments if one.features is None)
+    return table, Refused(session.bag, count, tuple(sorted(kinds.items())))

@@ -11,6 +11,7 @@ from hri_prediction.ontology.cases import group_of
 from hri_prediction.ontology.classifier import InteractionClassifier
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,11 +38,27 @@ class Verdict:
 def verdict_on(classifier: InteractionClassifier, features: FloatArray) -> Verdict:
     """What mean features (25,) [m] of a movement are taken for."""
     (given,) = classifier.probabilities(features[None])
-    groups: dict[int, float] = {}
-    for number, share in zip(classifier.classes.tolist(), given.tolist(), strict=True):
-        groups[group_of(number)] = groups.get(group_of(number), 0.0) + share
-    best = int(given.argmax())
-    group = max(groups, key=lambda name: groups[name])
-    unlike = classifier.unlike(features)
-    number, probability = int(classifier.classes[best]), float(given[best])
-    return Verdict(number, probability, group, groups[group], given, unlike)
+    groups, (shares,) = grouped(classifier.classes, given[None])
+    best, likeliest = int(given.argmax()), int(shares.argmax())
+    return Verdict(
+        int(classifier.classes[best]),
+        float(given[best]),
+        int(groups[likeliest]),
+        float(shares[likeliest]),
+        given,
+        classifier.unlike(features),
+    )
+
+
+def grouped(numbers: IntArray, probabilities: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Classes of the reduced ontology (g,), increasing, and their probabilities (n, g).
+
+    Args:
+        numbers: Of cases (c,).
+        probabilities: Of these (n, c).
+    """
+    groups, of_case = np.unique([group_of(int(one)) for one in numbers], return_inverse=True)
+    sums = np.zeros((len(probabilities), len(groups)))
+    for column, group in enumerate(of_case.tolist()):
+        sums[:, group] += probabilities[:, column]
+    return groups.astype(np.int64), sums

@@ -81,7 +81,18 @@ def run_import(path: Path, out: Path) -> Import:
         UNITS.get(ending, "auto"),
     ]
     axes = "y-up" if ending == "bvh" else "z-up"
-    command = [sys.executable, "-m", SCRIPT, path, *words, "--axes", axes, "--yes", "--out", out]
+    command: list[str | Path] = [
+        sys.executable,
+        "-m",
+        SCRIPT,
+        path,
+        *words,
+        "--axes",
+        axes,
+        "--yes",
+        "--out",
+        out,
+    ]
     done = ended(command)
     if done is None:
         return Import(None, f"nothing for {SECONDS:g} s", kept=False)

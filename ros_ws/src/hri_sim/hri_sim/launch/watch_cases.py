@@ -28,7 +28,7 @@ READY_S = 60.0
 """So long may the first movement take to be told of [s]."""
 
 
-def _heard(message: InteractionCase) -> Heard:
+def _heard(message: InteractionCase, meant: int) -> Heard:
     return Heard(
         time.time_ns(),
         message.state == InteractionCase.COMPLETE,
@@ -38,6 +38,7 @@ def _heard(message: InteractionCase) -> Heard:
         to_ns(message.end),
         to_ns(message.newest_sample),
         to_ns(message.header.stamp),
+        meant,
     )
 
 
@@ -60,7 +61,7 @@ def listen_live(folder: Path, case: int, seed: int, seconds: float) -> list[Hear
 
     def hear(message: InteractionCase) -> None:
         if message.state != InteractionCase.NONE:
-            heard.append(_heard(message))
+            heard.append(_heard(message, case))
 
     node.create_subscription(InteractionCase, TOPIC, hear, reliable(50))
     executor = EventsExecutor(context=context)

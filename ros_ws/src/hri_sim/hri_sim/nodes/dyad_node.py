@@ -16,7 +16,7 @@ from hri_sim.dyads.bodies import dyad_bodies, named_person
 from hri_sim.dyads.motion import DyadMotion
 from hri_sim.dyads.setups import ARRANGEMENTS, draw_setup
 from hri_sim.nodes.captured_bodies import CapturedBodies
-from hri_sim.ontology.sessions import POSITION_OF, dyad_in_case
+from hri_sim.ontology.sessions import POSITION_OF, SHOWN_SEED, dyad_in_case
 from hri_sim.people.capture import CapturedArm
 from hri_sim.people.seeding import dyad_generator
 from hri_sim.people.tracking import SAMPLE_PERIOD_NS
@@ -26,7 +26,9 @@ from hri_sim.people.tracking import SAMPLE_PERIOD_NS
 class DyadNodeConfig:
     """What the node needs to know."""
 
-    seed: int = parameter(0, "Seed of places, people, what they do, and of the tracking", low=0)
+    seed: int = parameter(
+        SHOWN_SEED, "Seed of places, people, what they do, and of the tracking", low=0
+    )
     arrangement: str = parameter(
         "opposite", "Where the second person sits, seen from the first", choices=tuple(ARRANGEMENTS)
     )

@@ -13,6 +13,7 @@ import numpy as np
 
 from hri_prediction.ontology.cases import find_case
 from hri_prediction.ontology.cost_file import CaseCosts, costs_of, plain_costs
+from hri_prediction.ontology.costs import LENGTH_M
 from hri_prediction.ontology.movements import Movement, learn_costs, movements_of
 from hri_prediction.ontology.recordings import RecordedSession, tracks_of_bag
 from hri_prediction.results.kept import kept
@@ -34,33 +35,33 @@ class CaseJob:
     Attributes:
         case: Its name.
         simulated: Sessions that are simulated.
-        recorded: Sessions that were recorded.
+        recorded: Movements of people who were recorded.
         study: Of the simulated ones.
         samples: Drawn around each movement.
         penalty: λ of the weights.
         seed: Of what is drawn.
         joints: Which might have moved otherwise, of :data:`SPREADS`.
+        length: Distance over which nearness falls to 1/e [m]; simulated people are bent by the usual one.
     """
 
     case: str
     simulated: tuple[Session, ...]
-    recorded: tuple[RecordedSession, ...]
+    recorded: tuple[Movement, ...]
     study: DyadStudy
     samples: int
     penalty: float
     seed: int
     joints: str = ARM
+    length: float = LENGTH_M
 
 
 def do_case(job: CaseJob) -> CaseCosts | None:
     """Learn a case; none when there is no movement of which all of both arms is seen."""
-    movements: list[Movement] = []
+    movements = list(job.recorded)
     for session in job.simulated:
         # They are bent from rest to rest.
         recorded_there = movements_of(record_session(session, job.study))
         movements += [replace(movement, beyond=None) for movement in recorded_there]
-    for recorded in job.recorded:
-        movements += movements_of(tracks_of_bag(recorded.bag, recorded.bodies, recorded.side))
     if not movements:
         return None
     case = find_case(job.case)
@@ -69,27 +70,35 @@ def do_case(job: CaseJob) -> CaseCosts | None:
     truth = None
     if job.simulated:
         truth, movements = avoiding(case, movements, spread, rng)
-    found = learn_costs(movements, rng, samples=job.samples, spread=spread, penalty=job.penalty)
+    found = learn_costs(
+        movements,
+        rng,
+        samples=job.samples,
+        spread=spread,
+        length=job.length,
+        penalty=job.penalty,
+    )
     known = None if truth is None else nearness_cosine(truth, found)
     return CaseCosts(found.weights, found.scale, len(movements), known)
 
 
-def _kept(runs: Path, job: CaseJob) -> tuple[str, CaseCosts | None]:
-    """A case by name; what was learnt of simulated people before comes from a file."""
-    if job.recorded:
-        return job.case, do_case(job)
+def _kept(runs: Path, numbered: tuple[int, CaseJob]) -> tuple[int, CaseCosts | None]:
+    """A case by its number; what was learnt of simulated people before comes from a file."""
+    number, job = numbered
+    if not job.simulated:
+        return number, do_case(job)
 
     def make() -> dict[str, Any]:
         costs = do_case(job)
         return {} if costs is None else plain_costs(costs)
 
     told = kept(runs, WORK, PACKAGES, repr((job, layouts_hash())), make)
-    return job.case, costs_of(told) if told else None
+    return number, costs_of(told) if told else None
 
 
 def do_cases(
     jobs: Sequence[CaseJob], runs: Path, workers: int, progress: Callable[[int, int], None]
-) -> dict[str, CaseCosts | None]:
+) -> list[CaseCosts | None]:
     """Learn several cases, in the order of the jobs; none of one in which no movement is seen whole.
 
     Args:
@@ -98,12 +107,43 @@ def do_cases(
         workers: Processes.
         progress: Told how many are done, of how many.
     """
-    found: dict[str, CaseCosts | None] = {}
-    with closing(do_all(partial(_kept, runs), jobs, workers=workers)) as results:
-        for name, costs in results:
-            found[name] = costs
+    found: dict[int, CaseCosts | None] = {}
+    items = list(enumerate(jobs))
+    with closing(do_all(partial(_kept, runs), items, workers=workers)) as results:
+        for number, costs in results:
+            found[number] = costs
             progress(len(found), len(jobs))
-    return {job.case: found[job.case] for job in jobs}
+    return [found[number] for number, _ in items]
+
+
+def _movements(
+    numbered: tuple[int, RecordedSession],
+) -> tuple[int, tuple[Movement, ...]]:
+    number, session = numbered
+    tracks = tracks_of_bag(session.bag, session.bodies, session.side)
+    return number, tuple(movements_of(tracks))
+
+
+def recorded_movements(
+    sessions: Sequence[RecordedSession], workers: int, progress: Callable[[int, int], None]
+) -> list[tuple[Movement, ...]]:
+    """Movements of recordings, of each once, in their order.
+
+    Args:
+        sessions: Which.
+        workers: Processes.
+        progress: Told how many are done, of how many.
+
+    Raises:
+        DataError: naming the bag that cannot be read.
+    """
+    found: dict[int, tuple[Movement, ...]] = {}
+    items = list(enumerate(sessions))
+    with closing(do_all(_movements, items, workers=workers)) as results:
+        for number, movements in results:
+            found[number] = movements
+            progress(len(found), len(items))
+    return [found[number] for number, _ in items]
 
 
 def simulated_sessions(case: str, study: DyadStudy, people: int, seed: int) -> tuple[Session, ...]:

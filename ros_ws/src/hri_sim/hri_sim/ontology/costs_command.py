@@ -17,7 +17,7 @@ from hri_prediction.ontology.cases import find_case
 from hri_prediction.ontology.cost_file import CaseCosts, LearntCosts
 from hri_prediction.ontology.costs import COSTS, LENGTH_M
 from hri_prediction.ontology.features import COUNT
-from hri_prediction.ontology.movements import PENALTY, SAMPLES
+from hri_prediction.ontology.movements import PENALTY, SAMPLES, Movement
 from hri_prediction.ontology.piirl import cosine
 from hri_prediction.ontology.recordings import RecordedSession, read_sessions
 from hri_prediction.results.options import Workers, make_folders, resumable
@@ -26,6 +26,7 @@ from hri_prediction.results.progress import ProgressLine
 from hri_sim.ontology.case_costs import (
     CaseJob,
     do_cases,
+    recorded_movements,
     simulated_sessions,
 )
 from hri_sim.ontology.cosine import ARM, SPREADS
@@ -170,6 +171,16 @@ def learn(
         float,
         typer.Option(help="Of the sum of the scaled weights: larger leaves fewer.", min=1e-6),
     ] = PENALTY,
+    length: Annotated[
+        float | None,
+        typer.Option(
+            help="Of recordings: distance over which nearness falls to 1/e, metres. Default: "
+            f"{LENGTH_M:g}, by which simulated people move.",
+            min=0.01,
+            max=2.0,
+            show_default=False,
+        ),
+    ] = None,
     joints: Annotated[
         str,
         typer.Option(
@@ -201,37 +212,59 @@ def learn(
                     f"{option} with --data {data}",
                     expected="one of them: recordings are of the people they are of",
                 )
+    elif length is not None:
+        raise ConfigError(
+            f"--length {length:g} with simulated people",
+            expected="--length with --data: the costs that they are bent by have one of their own",
+        )
+    reach = LENGTH_M if length is None else length
     make_folders(out=out, runs=runs)
     origin, study = results_origin(), SMOKE if smoke else DyadStudy()
     names = [find_case(name).name for name in case or ()]
-    of_cases: dict[str, tuple[tuple[Session, ...], tuple[RecordedSession, ...]]]
-    if data == SIMULATED:
-        number = people or (SMOKE_PEOPLE if smoke else PEOPLE)
-        of_cases = {
-            name: (simulated_sessions(name, study, number, seed), ())
-            for name in names or DEFAULT_CASES
-        }
-        about = f"{BENT}, seed {seed}"
-    else:
-        of_cases = {name: ((), own) for name, own in _recorded(names, read_sessions(data)).items()}
-        about = f"recordings of {Path(data).name}"
-    jobs = [
-        CaseJob(name, simulated, recorded, study, samples, penalty, seed, joints)
-        for name, (simulated, recorded) in of_cases.items()
-    ]
+    number = people or (SMOKE_PEOPLE if smoke else PEOPLE)
+    cores = workers or available_cores()
+    listed = {} if data == SIMULATED else _recorded(names, read_sessions(data))
+    unused: list[str] = []
     with resumable(console, runs if data == SIMULATED else None), ProgressLine(console) as progress:
-        progress.say("cases")
-        told = do_cases(jobs, runs, workers or available_cores(), progress.count)
-        others: list[dict[str, CaseCosts | None]] = []
-        if data != SIMULATED:
-            progress.say("the same, drawn anew")
-            draws = [[replace(job, seed=job.seed + 1 + k) for job in jobs] for k in range(REDRAWN)]
-            others = [
-                do_cases(anew, runs, workers or available_cores(), progress.count) for anew in draws
+        of_cases: dict[str, tuple[tuple[Session, ...], tuple[Movement, ...]]]
+        if data == SIMULATED:
+            of_cases = {
+                name: (simulated_sessions(name, study, number, seed), ())
+                for name in names or DEFAULT_CASES
+            }
+            about = f"{BENT}, seed {seed}, {number} people"
+        else:
+            progress.say("recordings")
+            sessions = [one for own in listed.values() for one in own]
+            parts = recorded_movements(sessions, cores, progress.count)
+            unused = [
+                f"{one.bag.name}: no movement of which all of both arms is seen"
+                for one, part in zip(sessions, parts, strict=True)
+                if not part
             ]
+            left = iter(parts)
+            of_cases = {
+                name: ((), tuple(each for _ in own for each in next(left)))
+                for name, own in listed.items()
+            }
+            about = f"recordings of {Path(data).name}, seed {seed}"
+        jobs = [
+            CaseJob(name, simulated, recorded, study, samples, penalty, seed, joints, reach)
+            for name, (simulated, recorded) in of_cases.items()
+        ]
+        progress.say("cases")
+        # Of recordings again, drawn anew: what comes of chance is not alike.
+        redrawn = 0 if data == SIMULATED else REDRAWN
+        draws = [[replace(job, seed=job.seed + k) for job in jobs] for k in range(1 + redrawn)]
+        learnt = do_cases([job for draw in draws for job in draw], runs, cores, progress.count)
+        told, *others = (
+            dict(zip(of_cases, learnt[k * len(jobs) : (k + 1) * len(jobs)], strict=True))
+            for k in range(1 + redrawn)
+        )
     ordered = {name: one for name, one in told.items() if one is not None}
-    for name in told.keys() - ordered.keys():
-        console.print(f"{name}: no movement of which all of both arms is seen", highlight=False)
+    missing = [f"{name}: nothing to learn from" for name in told.keys() - ordered.keys()]
+    for line in (*unused, *sorted(missing)):
+        console.print(line, highlight=False, soft_wrap=True)
     if not ordered:
         raise DataError(f"--data {data}: nothing to learn from")
     alike = {
@@ -242,13 +275,24 @@ def learn(
     warned = list(_warnings(ordered, alike, joints))
     for text in warned:
         console.print(f"warning: {text}", highlight=False, soft_wrap=True)
-    about += f"; {'arm alone' if joints == ARM else 'all joints'}, penalty {penalty:g}"
-    costs = LearntCosts(ordered, LENGTH_M, about)
+    about += f"; {'arm alone' if joints == ARM else 'all joints'}, penalty {penalty:g}, {samples} samples"
+    if smoke:
+        about += "; a smoke run: of no use"
+    costs = LearntCosts(ordered, reach, about)
     costs.save(out / FILE, origin=origin)
     write_json(
         out / FIGURES,
         {
             "origin": origin,
+            "smoke": smoke,
+            "options": {
+                "seed": seed,
+                "people": number if data == SIMULATED else None,
+                "samples": samples,
+                "penalty": penalty,
+                "length": reach,
+                "joints": joints,
+            },
             "cases": {name: one.scaled.tolist() for name, one in ordered.items()},
             "alike": alike,
             "warnings": warned,

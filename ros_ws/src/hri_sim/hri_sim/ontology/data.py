@@ -7,14 +7,19 @@ import json
 import shutil
 from collections.abc import Callable, Sequence
 from contextlib import closing
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
 from hri_prediction.compiled import processor
 from hri_prediction.errors import DataError, HriError
-from hri_prediction.ontology.recordings import RecordedSession, read_sessions, table_of_recording
+from hri_prediction.ontology.recordings import (
+    RecordedSession,
+    Refused,
+    read_sessions,
+    table_of_recording,
+)
 from hri_prediction.ontology.table import SegmentTable, joined
 from hri_prediction.results.dependencies import dependency_hash
 from hri_sim.benchmark.workers import do_all, versions
@@ -26,6 +31,7 @@ WORK = "hri_sim.ontology.sessions"
 """The module that simulated segments come from: what it depends on decides about them."""
 Progress = Callable[[int, int], None]
 Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 
 def _simulated(study: DyadStudy, parts: Path, session: Session) -> tuple[int, SegmentTable]:
@@ -44,23 +50,26 @@ def _save(table: SegmentTable, file: Path) -> None:
     new.replace(file)
 
 
-def _recorded(numbered: tuple[int, RecordedSession]) -> tuple[int, SegmentTable]:
+def _recorded(
+    numbered: tuple[int, RecordedSession],
+) -> tuple[int, tuple[SegmentTable, Refused]]:
     number, session = numbered
     return number, table_of_recording(session, number)
 
 
 def _gathered(
-    work: Callable[[Item], tuple[int, SegmentTable]],
+    work: Callable[[Item], tuple[int, Result]],
     items: Sequence[Item],
     workers: int,
     progress: Progress,
-) -> SegmentTable:
-    found: dict[int, SegmentTable] = {}
+) -> list[Result]:
+    """What comes of items, in the order of their numbers."""
+    found: dict[int, Result] = {}
     with closing(do_all(work, items, workers=workers)) as results:
-        for number, table in results:
-            found[number] = table
+        for number, result in results:
+            found[number] = result
             progress(len(found), len(items))
-    return joined([found[number] for number in sorted(found)])
+    return [found[number] for number in sorted(found)]
 
 
 def simulated_table(
@@ -83,15 +92,30 @@ def simulated_table(
     except DataError:
         unfinished = file.with_suffix("")
         unfinished.mkdir(parents=True, exist_ok=True)
-        table = _gathered(partial(_simulated, study, unfinished), sessions, workers, progress)
+        table = joined(
+            _gathered(partial(_simulated, study, unfinished), sessions, workers, progress)
+        )
     _save(table, file)
     shutil.rmtree(unfinished, ignore_errors=True)
     return table
 
 
-def table_of_data(
+@dataclass(frozen=True, eq=False)
+class Segments:
+    """Segments to learn from or to be asked of.
+
+    Attributes:
+        table: They.
+        refused: Of each recording of which movements were refused, how many and why, a line each.
+    """
+
+    table: SegmentTable
+    refused: tuple[str, ...] = ()
+
+
+def segments_of_data(
     data: str, study: DyadStudy, seed: int, keep: Path, workers: int, progress: Progress
-) -> SegmentTable:
+) -> Segments:
     """The segments that ``--data`` names.
 
     Args:
@@ -106,13 +130,20 @@ def table_of_data(
         DataError: when it is none of these, or holds no segments.
     """
     if data == SIMULATED:
-        return simulated_table(sessions_of(study, seed), study, keep, workers, progress)
-    path = Path(data)
+        return Segments(simulated_table(sessions_of(study, seed), study, keep, workers, progress))
+    path, refused = Path(data), []
     try:
         if path.suffix == ".npz":
             table = SegmentTable.load(path)
         else:
-            table = _gathered(_recorded, list(enumerate(read_sessions(path))), workers, progress)
+            items = list(enumerate(read_sessions(path)))
+            parts = _gathered(_recorded, items, workers, progress)
+            table = joined([part for part, _ in parts])
+            refused = [
+                one.line() if one.count else f"{one.bag.name}: no movement is found"
+                for _, one in parts
+                if one.count or not one.taken
+            ]
     except HriError as error:
         raise DataError(
             f"--data {data}: {error.problem}",
@@ -121,5 +152,8 @@ def table_of_data(
             hint=error.hint,
         ) from error
     if not len(table):
-        raise DataError(f"--data {data} holds no movement of which both arms are seen")
-    return table
+        raise DataError(
+            f"--data {data} holds no movement of which both arms are seen",
+            hint="; ".join(refused[:3]),
+        )
+    return Segments(table, tuple(refused))

@@ -66,14 +66,19 @@ def evaluate_ontology(
         Path, typer.Option(help="Folder of what is done, which is not done again.")
     ] = RUNS,
     smoke: Annotated[
-        bool, typer.Option("--smoke", help="Two people, three encounters, few halves.")
+        bool,
+        typer.Option(
+            "--smoke",
+            help="Two people, three encounters, few halves; with --data few halves alone.",
+        ),
     ] = False,
 ) -> None:
     """Train and test on halves of the segments, on recordings and on persons left out.
 
     Prints what the thesis' tables 4.1 to 4.4 have, for whatever recordings it is given. Random halves have
-    segments of the same recording on both sides: those with recordings or persons left out say what to
-    expect of others.
+    segments of the same recording on both sides; with recordings or persons left out, whom these people
+    were with is still known. What to expect of two strangers is what the classifier that ships makes of
+    simulated dyads of another seed, or of recordings that it has not learnt.
 
     Of simulated dyads it says besides how late the monitor tells cases, live, and how well known costs are
     found again.
@@ -106,8 +111,8 @@ def evaluate_ontology(
     if smoke:
         head.append(SMOKE_NOTE)
     (out / TEXT).write_text("\n".join([*head, *found.lines(out), *found.case_lines(out)]))
-    for line in overall_words(results):
-        console.print(line, highlight=False)
+    for line in (*found.refused, *overall_words(results)):
+        console.print(line, highlight=False, soft_wrap=True)
     console.print(f"tables: {out / TEXT}", highlight=False, soft_wrap=True)
 
 

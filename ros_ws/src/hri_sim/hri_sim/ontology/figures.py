@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from hri_prediction.ontology.evaluation import KINDS, Confusion, summed
+from hri_prediction.ontology.evaluation import GROUPED, KINDS, Confusion, summed
 from hri_sim.ontology.splits import (
     ALONE,
     INDIVIDUAL,
@@ -49,7 +49,7 @@ def left_out(told: Told) -> list[str]:
 def matrices(told: Told) -> dict[str, dict[str, Confusion]]:
     """The confusion matrices of the full and the reduced ontology, by kind of split."""
     found: dict[str, dict[str, Confusion]] = {}
-    for labels in KINDS:
+    for labels in (*KINDS, GROUPED):
         for kind in (RANDOM, SESSIONS, SUBJECT):
             parts = [
                 read_confusion(content)
@@ -108,6 +108,8 @@ def results(told: Told) -> dict[str, Any]:
             "classes": own[RANDOM].classes.tolist() if RANDOM in own else [],
             "rates_random": [_share(rate) for rate in own[RANDOM].rates] if RANDOM in own else [],
         }
+    own = shown.get(GROUPED, {})
+    found[GROUPED] = {"by_session": _rounded(own, SESSIONS), "by_subject": _rounded(own, SUBJECT)}
     apart = positions(told)
     numbers = next(iter(apart.values())).classes.tolist() if apart else []
     found["location_invariance"] = {

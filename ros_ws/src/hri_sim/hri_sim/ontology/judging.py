@@ -15,12 +15,14 @@ from hri_prediction.ontology.table import SegmentTable
 from hri_prediction.results.progress import ProgressLine
 from hri_sim.ontology import figures
 from hri_sim.ontology.cosine import Found, cosine_lines, cosine_results, seek_all
-from hri_sim.ontology.data import SIMULATED, table_of_data
+from hri_sim.ontology.data import SIMULATED, segments_of_data
 from hri_sim.ontology.live import live_lines
 from hri_sim.ontology.pictures import draw_confusions, draw_layouts
 from hri_sim.ontology.report import case_list, evaluation_lines
 from hri_sim.ontology.sessions import DyadStudy, layout_of
+from hri_sim.ontology.shipped import Shipped, judge_shipped
 from hri_sim.ontology.splits import RANDOM, SESSIONS, SUBJECT, do_splits, splits_of
+from hri_sim.ontology.training_command import SEED as LEARNT_SEED
 from hri_sim.ontology.training_command import SMOKE
 
 CASES, LAYOUTS = "cases.png", "layouts.png"
@@ -60,6 +62,9 @@ class Judged:
         told: What came of the splits.
         sought: Known costs that were sought.
         live: How late cases are told; empty when that was not measured.
+        shipped: What the classifier that ships makes of them; none where it has learnt them.
+        options: What else was asked for.
+        refused: Of each recording of which movements were refused, how many and why, a line each.
     """
 
     where: str
@@ -68,13 +73,19 @@ class Judged:
     told: figures.Told
     sought: Sequence[Found]
     live: dict[str, float | int]
+    shipped: Shipped | None
+    options: dict[str, Any]
+    refused: tuple[str, ...]
 
     def results(self) -> dict[str, Any]:
         """As in ``results.json``."""
         return {
             "data": self.where,
+            "options": self.options,
+            "refused": list(self.refused),
             "counts": counts(),
             **figures.results(self.told),
+            "shipped": None if self.shipped is None else self.shipped.to_mapping(),
             "live_latency_ms": self.live or None,
             **cosine_results(self.sought),
         }
@@ -87,7 +98,14 @@ class Judged:
             prefix: Before their names in the report.
         """
         pictures = {labels: prefix + file for labels, file in draw(self.told, folder).items()}
-        text = [about(self.table, self.where) + "\n", *evaluation_lines(self.told, pictures)]
+        asked = ", ".join(f"{name} {value}" for name, value in self.options.items())
+        text = [
+            f"{about(self.table, self.where)} Asked for: {asked}.\n",
+            *refused_lines(self.refused),
+        ]
+        text += evaluation_lines(self.told, pictures)
+        if self.shipped is not None:
+            text += self.shipped.lines(strangers=self.simulated)
         if self.live:
             text += live_lines(self.live)
         return text + (cosine_lines(self.sought, self.where) if self.sought else [])
@@ -117,12 +135,19 @@ def about(table: SegmentTable, where: str) -> str:
     )
 
 
+def refused_lines(refused: Sequence[str]) -> list[str]:
+    """Which movements of recordings are in no figure, and why."""
+    return [*(f"- {line}" for line in refused), ""] if refused else []
+
+
 def draw(told: figures.Told, folder: Path) -> dict[str, str]:
     """Draw the confusion matrices; names of the files by what they are of."""
     orders = {FULL: [n for group in REDUCED for n in group], KINDS[1]: list(range(1, 8))}
     titles = {RANDOM: "random halves", SESSIONS: "recordings left out", SUBJECT: "persons left out"}
     found = {}
     for labels, own in figures.matrices(told).items():
+        if labels not in orders:
+            continue
         known = [n for n in orders[labels] if n in next(iter(own.values())).classes]
         found[labels] = f"confusion_{labels}.png"
         shown = {titles[kind]: one for kind, one in own.items()}
@@ -151,7 +176,8 @@ def judge(
         progress: Told what is under way.
     """
     progress.say("recordings")
-    table = table_of_data(data, extent.study, seed, runs, workers, progress.count)
+    segments = segments_of_data(data, extent.study, seed, runs, workers, progress.count)
+    table = segments.table
     progress.say("splits")
     told = do_splits(
         table, splits_of(table, extent.repetitions, seed, cost), runs, workers, progress.count
@@ -170,7 +196,10 @@ def judge(
         live = measure_live(runs / "live", LIVE_CASES, seed, seconds)
     simulated = data == SIMULATED
     where = f"simulated dyads, seed {seed}" if simulated else Path(data).name
-    return Judged(where, simulated, table, told, sought, live)
+    learnt = simulated and seed == LEARNT_SEED
+    shipped = None if learnt else judge_shipped(table)
+    options = {"random halves": extent.repetitions, "cost": cost}
+    return Judged(where, simulated, table, told, sought, live, shipped, options, segments.refused)
 
 
 def overall_words(found: dict[str, Any]) -> list[str]:

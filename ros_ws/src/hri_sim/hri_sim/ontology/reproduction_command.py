@@ -103,6 +103,7 @@ def sweep_results(swept: list[Swept]) -> list[dict[str, Any]]:
             **{f"{labels}_{kind}": round(rate, 4) for (labels, kind), rate in one.rates.items()},
             "edges_kept": round(one.kept, 4),
             "edges_of_another": round(one.other, 4),
+            "edges_kept_by_case": {str(n): round(share, 4) for n, share in one.by_case.items()},
         }
         for one in swept
     ]
@@ -171,7 +172,8 @@ def reproduce_ontology(
             )
             for name in DEFAULT_CASES
         ]
-        learnt = do_cases(jobs, runs, cores, begun("costs of the first cases"))
+        costs = do_cases(jobs, runs, cores, begun("costs of the first cases"))
+        learnt = dict(zip(DEFAULT_CASES, costs, strict=True))
         cases = PLANNED_CASES[:1] if smoke else PLANNED_CASES
         ways = planned.compare(
             cases,

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from hri_prediction.config import parameter, validate
 from hri_prediction.errors import ConfigError
-from hri_prediction.ontology.cases import cases, find_case
+from hri_prediction.ontology.cases import REDUCED, cases, find_case
 from hri_prediction.ontology.table import SegmentTable, table_of
 from hri_prediction.ontology.watch import segments_of
 from hri_prediction.tracks.track import ArmTrack
@@ -29,6 +29,9 @@ from hri_sim.ontology.layouts import POSITIONS, Layout
 FloatArray = NDArray[np.float64]
 
 EXPERIMENTER = "experimenter"
+SHOWN_SEED = 2
+"""Of people and places that are shown to users: neither those that the shipped classifier has learnt (0)
+nor those that reports are of (1)."""
 FIRST_CASES = (1, 2, 3)
 """Of the first experiment, in all positions."""
 SECOND_POSITIONS = ("frontal", "orthogonal")
@@ -64,7 +67,8 @@ class DyadStudy:
     encounters: int = parameter(16, "How often both reach in a session", low=1, high=1000)
     people: int = parameter(
         12,
-        "People besides the experimenter: a third of them in one experiment alone each",
+        "People besides the experimenter: the last sixth is in the second experiment alone, those between "
+        "the first half and these in the first one alone",
         low=2,
         high=60,
     )
@@ -96,21 +100,32 @@ class Session:
 def sessions_of(study: DyadStudy, seed: int) -> list[Session]:
     """All sessions of both experiments."""
     names = [f"s{number + 1}" for number in range(study.people)]
-    both = study.people // 2
-    first, second = (
-        names[: study.people - study.people // 6],
-        names[:both] + names[-(study.people // 6) :],
-    )
+    apart = study.people // 6
+    first, second = names[: len(names) - apart], names[: len(names) // 2]
+    second += names[len(names) - apart :]
+    place = _turns()
     wanted = [
         (case, position, name) for name in first for position in POSITIONS for case in FIRST_CASES
     ]
     wanted += [
-        (case.number, SECOND_POSITIONS[(case.number + index) % 2], name)
+        (case.number, SECOND_POSITIONS[(place[case.number] + index) % 2], name)
         for index, name in enumerate(second)
         for case in cases()
         if case.number not in FIRST_CASES
     ]
     return [Session(number, *one, seed) for number, one in enumerate(wanted)]
+
+
+def _turns() -> dict[int, int]:
+    """Where each case of the second experiment comes in its class of the reduced ontology.
+
+    Within each class a person sits in both positions in turn: where people sit must not tell the class.
+    """
+    return {
+        number: turn
+        for group in REDUCED
+        for turn, number in enumerate(n for n in group if n not in FIRST_CASES)
+    }
 
 
 def layout_of(case: int, position: str) -> Layout:

@@ -19,6 +19,7 @@ from hri_prediction.errors import DataError
 from hri_prediction.ontology.classifier import COST
 from hri_prediction.ontology.evaluation import (
     FULL,
+    GROUPED,
     KINDS,
     Confusion,
     complete_subjects,
@@ -56,7 +57,7 @@ class Split:
 
     Attributes:
         kind: What is split by: :data:`RANDOM` and so on.
-        labels: Full or reduced ontology.
+        labels: Full or reduced ontology, or the reduced one grouped.
         who: Who is left out, or judged; else empty.
         seed: Of what is drawn.
         cost: Of the machine.
@@ -83,11 +84,11 @@ def splits_of(table: SegmentTable, repetitions: int, seed: int, cost: float) -> 
         for number in range(repetitions)
         for labels in KINDS
     ]
-    few = max(repetitions // 10, 1)
-    found += [Split(SESSIONS, labels, "", seed + n, cost) for n in range(few) for labels in KINDS]
+    few, asked = max(repetitions // 10, 1), (*KINDS, GROUPED)
+    found += [Split(SESSIONS, labels, "", seed + n, cost) for n in range(few) for labels in asked]
     if len(table.subjects) > 1:
         found += [
-            Split(SUBJECT, labels, who, seed, cost) for who in table.subjects for labels in KINDS
+            Split(SUBJECT, labels, who, seed, cost) for who in table.subjects for labels in asked
         ]
         found += [Split(INDIVIDUAL, KINDS[1], who, seed, cost) for who in complete_subjects(table)]
     if set(FIRST_CASES) <= set(table.case.tolist()):

@@ -32,26 +32,34 @@ class Swept:
         rates: By the labels and the kind of split.
         kept: Of sessions, whose places still have the edges of their case, no more and no fewer.
         other: Of those whose places have those of another one.
+        by_case: Of the sessions of each case, by its number, those that still have its edges.
     """
 
     jitter: float
     rates: Mapping[tuple[str, str], float]
     kept: float
     other: float
+    by_case: Mapping[int, float]
 
 
-def edges_kept(sessions: Sequence[Session], study: DyadStudy) -> tuple[float, float]:
+def edges_kept(
+    sessions: Sequence[Session], study: DyadStudy
+) -> tuple[float, float, dict[int, float]]:
     """Shares of sessions that have, as places are, the edges of their case, and those of another one.
 
-    In what is left an edge is neither there nor not.
+    In what is left an edge is neither there nor not. Last, of those of each case, the share that has its
+    edges.
     """
     found = []
     for session in sessions:
         meant = measured_edges(layout_of(session.case, session.position))
         edges = measured_edges(places_of(session, study)[0])
         found.append((edges == meant, edges is not None and edges != meant))
-    kept, other = np.mean(found, axis=0)
-    return float(kept), float(other)
+    shares = np.array(found, dtype=float)
+    case = np.array([session.case for session in sessions])
+    by_case = {int(number): float(shares[case == number, 0].mean()) for number in np.unique(case)}
+    kept, other = shares.mean(axis=0)
+    return float(kept), float(other), by_case
 
 
 def sweep(
@@ -115,6 +123,14 @@ def sweep_lines(swept: Sequence[Swept]) -> list[str]:
         cells = [f"{100 * one.rates[labels, kind]:.1f} %" for labels in KINDS for kind in SPLITS]
         cells += [f"{100 * share:.0f} %" for share in (one.kept, one.other)]
         text.append(f"| {100 * one.jitter:g} cm | {' | '.join(cells)} |")
+    usual = next((one for one in swept if one.jitter == DyadStudy().layout_jitter), None)
+    if usual is not None:
+        shares = ", ".join(f"{case}: {100 * share:.0f} %" for case, share in usual.by_case.items())
+        text += [
+            "",
+            f"With {100 * usual.jitter:g} cm, as everywhere else in this report, sessions with the edges "
+            f"of their case, case by case: {shares}.",
+        ]
     return [*text, ""]
 
 

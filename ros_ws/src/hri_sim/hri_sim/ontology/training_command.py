@@ -10,7 +10,7 @@ import numpy as np
 import typer
 from rich.console import Console
 
-from hri_prediction.errors import DataError
+from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.extras import check_scikit_learn
 from hri_prediction.ontology.classifier import COST, InteractionClassifier, negative_log, train
 from hri_prediction.ontology.evaluation import half_of
@@ -19,7 +19,7 @@ from hri_prediction.ontology.table import SegmentTable
 from hri_prediction.results.options import Workers, make_folders, resumable
 from hri_prediction.results.origin import available_cores, origin_line, results_origin
 from hri_prediction.results.progress import ProgressLine
-from hri_sim.ontology.data import SIMULATED, table_of_data
+from hri_sim.ontology.data import SIMULATED, segments_of_data
 from hri_sim.ontology.sessions import DyadStudy
 from hri_sim.readability_report.run_folder import write_json
 
@@ -135,6 +135,7 @@ def report(content: dict[str, Any]) -> str:
         f"{content['segments']:,} segments of {content['sessions']} recordings of {content['subjects']} "
         f"people, {content['cases']} cases. Support vector machine with a quadratic kernel, cost "
         f"{content['cost']:g}; slope of probabilities {content['slope']:.2f}.\n",
+        *(f"- {line}" for line in content["refused"]),
         *_of_left_out(content["left_out"]),
     ]
     text += ["", *(f"**Warning**: {one}.\n" for one in content["warnings"])]
@@ -186,11 +187,20 @@ def train_ontology(
     """
     console = Console()
     check_scikit_learn()
+    if smoke and data != SIMULATED:
+        raise ConfigError(
+            f"--smoke with --data {data}",
+            expected="--smoke with simulated dyads",
+            hint="leave out --smoke: all of the recordings are learnt",
+        )
     make_folders(out=out, runs=runs)
     origin, study = results_origin(), SMOKE if smoke else DyadStudy()
     with resumable(console, runs), ProgressLine(console) as progress:
         progress.say("recordings")
-        table = table_of_data(data, study, seed, runs, workers or available_cores(), progress.count)
+        segments = segments_of_data(
+            data, study, seed, runs, workers or available_cores(), progress.count
+        )
+        table = segments.table
         progress.say("training")
         where = f"simulated dyads, seed {seed}" if data == SIMULATED else Path(data).name
         about = f"{len(table)} segments, {where}"
@@ -221,6 +231,8 @@ def train_ontology(
         "subjects": len(table.subjects),
         "cases": len(again.classes),
         "cost": cost,
+        "seed": seed,
+        "refused": list(segments.refused),
         "slope": again.slope,
         "left_out": found,
         "warnings": warned,
@@ -232,6 +244,8 @@ def train_ontology(
         highlight=False,
         soft_wrap=True,
     )
+    for one in segments.refused:
+        console.print(one, highlight=False, soft_wrap=True)
     for one in warned:
         console.print(f"warning: {one}", highlight=False, soft_wrap=True)
 

@@ -16,7 +16,13 @@ from hri_prediction.results.progress import ProgressLine
 from hri_prediction.ros.arm_bag import write_arms_bag
 from hri_prediction.tracks.placement import Placement
 from hri_sim.ontology.layouts import POSITIONS
-from hri_sim.ontology.sessions import DyadStudy, Session, record_session, sessions_of
+from hri_sim.ontology.sessions import (
+    SHOWN_SEED,
+    DyadStudy,
+    Session,
+    record_session,
+    sessions_of,
+)
 
 PLACE = "0.85,0,-0.01,0"
 """Where the middle of their table top is in the world, as that of the dyad node."""
@@ -76,7 +82,14 @@ def simulate_dyads(
         int, typer.Option(help="People of each case in a position, at most.", min=1)
     ] = 1,
     encounters: Annotated[int, typer.Option(help="How often both reach in a bag.", min=1)] = 16,
-    seed: Annotated[int, typer.Option(help="Of people, places and all that they do.", min=0)] = 0,
+    seed: Annotated[
+        int,
+        typer.Option(
+            help="Of people, places and all that they do; 0: of those that the shipped classifier has "
+            "learnt.",
+            min=0,
+        ),
+    ] = SHOWN_SEED,
 ) -> None:
     """Record simulated people in each case of the interaction ontology, as ordinary motion capture bags.
 
