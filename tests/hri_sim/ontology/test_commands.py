@@ -163,7 +163,7 @@ def test_evaluation(segments: Path, tmp_path: Path, capsys: pytest.CaptureFixtur
     text = (tmp_path / "out" / "ontology.md").read_text()
     assert "thesis, human data, random halves" in text
     assert 0.0 < told["grouped"]["by_subject"] <= 1.0
-    assert told["shipped"]["grouped"] >= told["shipped"]["full"] > 0.5
+    assert min(told["shipped"]["grouped"], told["shipped"]["full"]) > 0.5
     assert told["options"] == {"random halves": 2, "cost": COST}
     assert "### The classifier that ships" in text
     for name in ("confusion_full.png", "confusion_reduced.png"):

@@ -36,8 +36,9 @@ _SLOPES = (0.05, 20.0)
 _UPPER = np.triu_indices(COUNT)
 TERMS = len(_UPPER[0]) + COUNT + 1
 """Products, features and the constant."""
-_ROUGH = 1e-3
-"""Variance of a distance, by its own, below which nobody looks: some 4 mm, as like arms differ."""
+_ROUGH = 0.1
+"""Variance, by that of each distance, below which nobody looks: some 4 cm. Two people a metre apart are
+farther off than all that is learnt of simulated dyads with this and with 0.3, and not with 0.01."""
 
 
 @dataclass(frozen=True, eq=False)
