@@ -38,7 +38,7 @@ PARTS = {
     ],
     "batch": ["n", "seconds"],
     "composite": ["n", "not_worse", "mean_dtw_cm", "ratio_best_single"],
-    "law": ["r2_truth"],
+    "law": ["r2_truth", "r2_single_reaches", "r2_single_whole"],
 }
 """What ``results.json`` has at least."""
 

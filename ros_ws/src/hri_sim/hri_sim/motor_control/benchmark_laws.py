@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hri_prediction.motor_control.arm_model import ArmModel
+from hri_prediction.motor_control.batch import Job, explain_all
 from hri_prediction.motor_control.costs import CHAPTER_2, indices_of
 from hri_prediction.motor_control.law import explained, fit_law, mean_postures
 from hri_prediction.motor_control.observed import ObservedReach
@@ -91,7 +92,12 @@ def laws_case(people: Sequence[Lawful], tick: Tick, say: Callable[[str], None]) 
             say(f"fitting laws, reaches {kind}, person {number + 1} of {len(people)}")
             compared.append(compare(person, kind, tick))
         found[kind] = _pooled(compared)
-    return {**found[WHOLE], **{kind: found[kind] for kind in (KNOWN, CUT, MEANS)}}
+    single = []
+    for number, person in enumerate(people):
+        say(f"explaining whole reaches one by one, person {number + 1} of {len(people)}")
+        single.append(single_whole(person, tick))
+    others = {kind: found[kind] for kind in (KNOWN, CUT, MEANS)}
+    return {**found[WHOLE], **others, "r2_single_whole": min(single)}
 
 
 def _pooled(compared: Sequence[Compared]) -> dict[str, Any]:
@@ -128,6 +134,25 @@ def compare(person: Lawful, kind: str, tick: Tick) -> Compared:
     fitted = fit_law(lambda _: solver, every, alike=which, spans=spans, progress=tick)
     found = [fitted.law.alpha(*ends) for ends in mean_postures(every, which)]
     return Compared(np.array(truth), np.array(found), 100.0 * fitted.rms_m)
+
+
+def single_whole(person: Lawful, tick: Tick) -> float:
+    """Share of the variance of the true weights that is explained where each whole reach is, by itself.
+
+    When it began and ended is taken from its speed, as `fit_ioc.py --whole` does; one of which no optimum
+    is found counts as one that says nothing.
+
+    Args:
+        person: Whose reaches.
+        tick: Told how far it is.
+    """
+    solver = ReachSolver(person.arm)
+    seen = [(n, each.between) for n, own in enumerate(person.whole) for each in own]
+    jobs = [Job(index, each, person.arm) for index, (_, each) in enumerate(seen)]
+    outcomes = explain_all(jobs, workers=1, progress=tick)
+    nothing = (1.0 / len(CHAPTER_2),) * len(CHAPTER_2)
+    truth = [_true_weights(person.recorded[n], each, solver) for n, each in seen]
+    return explained(truth, [each.alpha or nothing for each in outcomes])
 
 
 def _true_weights(recorded: Recorded, seen: ObservedReach, solver: ReachSolver) -> Array:
