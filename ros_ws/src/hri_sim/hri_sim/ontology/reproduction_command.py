@@ -100,7 +100,10 @@ def sweep_results(swept: list[Swept]) -> list[dict[str, Any]]:
     return [
         {
             "jitter_m": one.jitter,
-            **{f"{labels}_{kind}": round(rate, 4) for (labels, kind), rate in one.rates.items()},
+            **{
+                f"{labels}_{kind}": round(rate, 4) if rate is not None else None
+                for (labels, kind), rate in one.rates.items()
+            },
             "edges_kept": round(one.kept, 4),
             "edges_of_another": round(one.other, 4),
             "edges_kept_by_case": {str(n): round(share, 4) for n, share in one.by_case.items()},
@@ -126,7 +129,7 @@ def reproduce_ontology(
         Path, typer.Option(help="Folder of what is done, which is not done again.")
     ] = RUNS,
     smoke: Annotated[
-        bool, typer.Option("--smoke", help="Two people, three encounters, few halves and reaches.")
+        bool, typer.Option("--smoke", help="Four people, three encounters, few halves and reaches.")
     ] = False,
 ) -> None:
     """Everything on kinds of interaction, beside the thesis' tables 4.1 to 4.4 and figure 4.5.

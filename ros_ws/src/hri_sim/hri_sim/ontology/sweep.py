@@ -29,14 +29,14 @@ class Swept:
 
     Attributes:
         jitter: Of an action space's place [m].
-        rates: By the labels and the kind of split.
+        rates: By the labels and the kind of split; none where sessions are too few for it.
         kept: Of sessions, whose places still have the edges of their case, no more and no fewer.
         other: Of those whose places have those of another one.
         by_case: Of the sessions of each case, by its number, those that still have its edges.
     """
 
     jitter: float
-    rates: Mapping[tuple[str, str], float]
+    rates: Mapping[tuple[str, str], float | None]
     kept: float
     other: float
     by_case: Mapping[int, float]
@@ -101,7 +101,11 @@ def sweep(
         ]
         told = do_splits(table, splits, runs, workers, progress(f"{label}: splits"))
         shown = figures.matrices(told)
-        rates = {(labels, kind): shown[labels][kind].overall for labels in KINDS for kind in SPLITS}
+        rates = {
+            (labels, kind): shown[labels][kind].overall if kind in shown.get(labels, {}) else None
+            for labels in KINDS
+            for kind in SPLITS
+        }
         found.append(Swept(jitter, rates, *edges_kept(sessions, own)))
     return found
 
@@ -120,7 +124,8 @@ def sweep_lines(swept: Sequence[Swept]) -> list[str]:
         "| --- |" + " --- |" * (len(KINDS) * len(SPLITS) + 2),
     ]  # fmt: skip
     for one in swept:
-        cells = [f"{100 * one.rates[labels, kind]:.1f} %" for labels in KINDS for kind in SPLITS]
+        found = [one.rates[labels, kind] for labels in KINDS for kind in SPLITS]
+        cells = ["–" if rate is None else f"{100 * rate:.1f} %" for rate in found]
         cells += [f"{100 * share:.0f} %" for share in (one.kept, one.other)]
         text.append(f"| {100 * one.jitter:g} cm | {' | '.join(cells)} |")
     usual = next((one for one in swept if one.jitter == DyadStudy().layout_jitter), None)
@@ -140,7 +145,8 @@ def draw_sweep(path: Path, swept: Sequence[Swept]) -> None:
     jitters = 100.0 * np.array([one.jitter for one in swept])
     for axes, labels in zip(both, KINDS, strict=True):
         for kind in SPLITS:
-            rates = [100.0 * one.rates[labels, kind] for one in swept]
+            found = [one.rates[labels, kind] for one in swept]
+            rates = [np.nan if rate is None else 100.0 * rate for rate in found]
             axes.plot(jitters, rates, marker="o", label=NAMES[kind])
         axes.set_title("20 cases" if labels == KINDS[0] else "7 classes", size=9)
         axes.set_xlabel("standard deviation of places between sessions [cm]")

@@ -25,7 +25,8 @@ from hri_sim.readability_report.run_folder import write_json
 
 TEXT, FIGURES = "training.md", "results.json"
 RUNS = Path("runs/ontology")
-SMOKE = DyadStudy(encounters=3, people=2)
+SMOKE = DyadStudy(encounters=3, people=4)
+"""With fewer people of no case there are two recordings, and none can be left out."""
 SEED = 0
 FEW = 6
 """Recordings of a case that say something of others."""
@@ -178,7 +179,7 @@ def train_ontology(
     ] = COST,
     workers: Workers = None,
     runs: Annotated[Path, typer.Option(help="Folder in which simulated segments are kept.")] = RUNS,
-    smoke: Annotated[bool, typer.Option("--smoke", help="Two people, three encounters.")] = False,
+    smoke: Annotated[bool, typer.Option("--smoke", help="Four people, three encounters.")] = False,
 ) -> None:
     """Train what tells the cases of interaction apart, and say how well it does for recordings left out.
 
