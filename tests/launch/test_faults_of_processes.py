@@ -8,10 +8,8 @@ from pathlib import Path
 import pytest
 
 from hri_sim.faults.catalogue import FAULTS
-from hri_sim.faults.motion import CAME_AT, TOUCHED
-from hri_sim.faults.processes import BESIDE, PROCESS_FAULTS
+from hri_sim.faults.processes import PROCESS_FAULTS
 from hri_sim.faults.sources import MOCAP_LIVE
-from hri_sim.launch.separation import CONTACT_SPEED
 from hri_sim.reliability.fault import Fault, Place, Result, Skipped, Stays
 
 NAMES = (
@@ -48,10 +46,4 @@ def test_a_line(fault: Fault, stays: dict[str, Stays], keep: Path, tmp_path: Pat
         result = Result(fault, tuple(fault.measure([0], place)))
     except Skipped as error:
         pytest.skip(str(error))
-    for figure in fault.figures:
-        if figure is TOUCHED and fault.name.endswith(BESIDE) and result.missed(figure):
-            # What that monitor permits, of a person who does not see the robot: whether it happens in this
-            # repetition hangs on milliseconds. The report counts it as missed.
-            assert (result.worst(CAME_AT) or 0.0) <= CONTACT_SPEED, "\n".join(result.misses())
-        else:
-            assert not result.missed(figure), "\n".join(result.misses())
+    assert result.met, "\n".join(result.misses())
