@@ -30,7 +30,7 @@ from hri_sim.ontology.cosine import (
 )
 from hri_sim.ontology.data import simulated_table
 from hri_sim.ontology.sessions import DyadStudy, sessions_of
-from hri_sim.ontology.shipped import judge_shipped
+from hri_sim.ontology.strangers import judge_shipped
 from hri_sim.tools import simulate_dyads
 
 

@@ -20,8 +20,8 @@ from hri_sim.ontology.live import live_lines
 from hri_sim.ontology.pictures import draw_confusions, draw_layouts
 from hri_sim.ontology.report import case_list, evaluation_lines
 from hri_sim.ontology.sessions import DyadStudy, layout_of
-from hri_sim.ontology.shipped import Shipped, judge_shipped
 from hri_sim.ontology.splits import RANDOM, SESSIONS, SUBJECT, do_splits, splits_of
+from hri_sim.ontology.strangers import Shipped, judge_shipped
 from hri_sim.ontology.training_command import SEED as LEARNT_SEED
 from hri_sim.ontology.training_command import SMOKE
 
