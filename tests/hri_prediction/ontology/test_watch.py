@@ -131,13 +131,35 @@ def test_what_is_under_way_is_known_so_far() -> None:
         assert (running is None) == (not watch.moving(0))
         seen[watch.moving(0)] += 1
         if running is not None:
-            assert np.isfinite(running).all()
+            until_ns, features = running
+            assert features.shape == (25,)
+            assert np.isfinite(features).all()
             assert 0 < watch.onset_ns(0) < sample.stamp_ns
+            # Not behind the samples by as much as smoothing asks for: the two have come alternately.
+            assert 0 <= sample.stamp_ns - until_ns < 1e9 * (watch.config.step + 0.012)
     assert min(seen.values()) > 100
     stamp_ns, features = newest(watch)
     assert stamp_ns == pytest.approx(3.48e9)
     assert features.shape == (25,)
     assert watch.onset_ns(0) == 0
+
+
+def test_what_it_looks_like_by_its_end_is_nearly_what_it_was() -> None:
+    """By the last sample before the end, though smoothing asks for later ones."""
+    watch = DyadWatch()
+    so_far: dict[tuple[int, int], np.ndarray] = {}
+    found = []
+    for agent, sample in merged((A, B)):
+        found += watch.push(agent, sample)
+        for who in (0, 1):
+            running = watch.running(who)
+            if running is not None:
+                so_far[who, sample.stamp_ns] = running[1]
+    assert len(found) == 3
+    for segment in found:
+        last = max(ns for who, ns in so_far if who == segment.agent and ns <= segment.end_ns)
+        assert segment.features is not None
+        np.testing.assert_allclose(so_far[segment.agent, last], segment.features, atol=2e-3)
 
 
 def test_who_is_not_seen_is_not_waited_for() -> None:

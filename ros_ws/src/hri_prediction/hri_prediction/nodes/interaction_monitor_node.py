@@ -202,7 +202,7 @@ class InteractionMonitorNode(HriNode):
         self._cases.publish(message)
 
     def on_tick(self, now_ns: int) -> None:
-        """Tell features, and what the movement looks like so far, 25 times a second; ends sooner."""
+        """Tell features, and what movements look like so far, 25 times a second; what ends, each time."""
         self._lists.look(now_ns)
         if self._told_lists and not self._lists.pending:  # else one who is listed may have left
             self._choose()
@@ -230,29 +230,30 @@ class InteractionMonitorNode(HriNode):
                 )
             )
         moving = [agent for agent in AGENTS if self._watch.moving(agent)]
-        self._tell_running(moving, stamp_ns)
+        self._tell_running(moving)
         if not moving:
             words = "both are at rest" if seen else "not all of both arms is seen"
             self._cases.publish(self._said(0, InteractionCase.NONE, stamp_ns, words))
 
     def _tell_ending(self, now_ns: int) -> None:
-        """Tell at each instant of features what may soon be over: its end is not to wait for its turn."""
-        newest = self._watch.now()
-        if newest is None or self._trouble(now_ns):
-            return
-        self._tell_running([agent for agent in AGENTS if self._watch.ending(agent)], newest[0])
+        """Tell what may soon be over as soon as more is known: its end is not to wait for its turn."""
+        ending = [agent for agent in AGENTS if self._watch.ending(agent)]
+        if ending and not self._trouble(now_ns):
+            self._tell_running(ending)
 
-    def _tell_running(self, agents: Sequence[int], stamp_ns: int) -> None:
-        """Tell what movements look like so far, once of each instant."""
+    def _tell_running(self, agents: Sequence[int]) -> None:
+        """Tell what movements look like so far, once with each newest sample."""
+        newest_ns = max(self._newest_ns)
         for agent in agents:
-            if self._told_ns[agent] == stamp_ns:
+            if self._told_ns[agent] == newest_ns:
                 continue
             so_far = self._watch.running(agent)
             if so_far is not None:
-                self._told_ns[agent] = stamp_ns
+                self._told_ns[agent] = newest_ns
+                stamp_ns, features = so_far
                 message = self._said(agent, InteractionCase.RUNNING, stamp_ns)
                 message.onset = to_time(self._watch.onset_ns(agent))
-                _fill(message, verdict_on(self._classifier, so_far), self._classifier)
+                _fill(message, verdict_on(self._classifier, features), self._classifier)
                 self._cases.publish(message)
 
     def _trouble(self, now_ns: int) -> str:

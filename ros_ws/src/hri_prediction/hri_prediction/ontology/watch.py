@@ -230,11 +230,27 @@ class DyadWatch:
             self._features.fill(np.nan)
             self._next = until - self._rows + 1
         for index in range(self._next, until + 1):
-            row = self._features[index % self._rows]
-            self._first[:] = self._agents[0].arm.at(index * config.step)
-            fill_features(self._first, self._agents[1].arm.at(index * config.step), row)
+            self._fill(index, self._features[index % self._rows])
         self._next = max(self._next, until + 1)
         return self._complete()
+
+    def _fill(self, index: int, row: FloatArray) -> None:
+        """Take the features of an instant."""
+        self._first[:] = self._agents[0].arm.at(index * self.config.step)
+        fill_features(self._first, self._agents[1].arm.at(index * self.config.step), row)
+
+    def _reached(self) -> int:
+        """The last instant that samples of both have reached, be it too new to be smoothed as asked for."""
+        newest_s = min(own.arm.newest_s for own in self._agents)
+        return max(self._index(newest_s), self._next - 1) if newest_s >= 0.0 else self._next - 1
+
+    def _late_rows(self, agent: int, onset_s: float, last: int) -> FloatArray:
+        """Features of instants that are not kept yet, by what samples there are."""
+        first = max(self._first_index(onset_s), self._next)
+        rows = np.empty((max(last + 1 - first, 0), COUNT))
+        for index, row in enumerate(rows, start=first):
+            self._fill(index, row)
+        return rows[:, EXCHANGED] if agent else rows
 
     def _complete(self, *, at_once: bool = False) -> list[Segment]:
         found = []
@@ -247,10 +263,12 @@ class DyadWatch:
         """The last instant that is not later."""
         return math.floor((time_s + ROUNDING_S) / self.config.step)
 
+    def _first_index(self, time_s: float) -> int:
+        """The first instant that is not earlier."""
+        return math.ceil((time_s - ROUNDING_S) / self.config.step)
+
     def _rows_of(self, agent: int, onset_s: float, last: int) -> FloatArray:
-        first = max(
-            math.ceil((onset_s - ROUNDING_S) / self.config.step), self._next - self._rows, 0
-        )
+        first = max(self._first_index(onset_s), self._next - self._rows, 0)
         rows = self._features[np.arange(first, last + 1) % self._rows]
         return rows[:, EXCHANGED] if agent else rows
 
@@ -300,14 +318,24 @@ class DyadWatch:
         onset_s = self._agents[agent].onset_s
         return 0 if onset_s is None else self._ns(onset_s)
 
-    def running(self, agent: int) -> FloatArray | None:
-        """Mean features of the segment that is under way so far (25,) [m]; none without one."""
+    def running(self, agent: int) -> tuple[int, FloatArray] | None:
+        """What is known so far of the segment that is under way; none without one.
+
+        The last instants are smoothed by what samples there are: what it looks like does not wait for those
+        that smoothing asks for, which the features of a segment that is over have.
+
+        Returns:
+            The last instant that both arms have reached [ns], and mean features until then (25,) [m].
+        """
         onset_s = self._agents[agent].onset_s
         if onset_s is None:
             return None
-        rows = self._rows_of(agent, onset_s, self._next - 1)
+        last = self._reached()
+        rows = np.concatenate(
+            (self._rows_of(agent, onset_s, self._next - 1), self._late_rows(agent, onset_s, last))
+        )
         seen = rows[np.isfinite(rows).all(axis=1)]
-        return seen.mean(axis=0) if len(seen) else None
+        return (self._ns(last * self.config.step), seen.mean(axis=0)) if len(seen) else None
 
     def now(self) -> tuple[int, FloatArray] | None:
         """The newest features (25,) [m], agent 0 as agent 1, and their time [ns]; none before the first."""
