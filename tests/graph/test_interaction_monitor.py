@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -157,14 +158,19 @@ def test_a_case_is_known_within_50_ms_of_the_end(run: Graph) -> None:
             and to_ns(m.newest_sample) >= end_ns
             and to_ns(m.header.stamp) > end_ns - 20_000_000
         ]
-        # Features are known 20 ms apart, and looked at every 8 ms; 25 times a second would be too late.
-        assert min(times) - end_ns <= 40e6
-        instants = [
-            to_ns(m.header.stamp)
+        # Samples are 4 ms apart, motion capture takes 8 ms, and gives them out every 4 ms; they are looked
+        # at every 8 ms, and lock-step delivers with the next tick.
+        assert min(times) - end_ns <= 32e6
+        near = [
+            m
             for _, m in told
             if m.first == message.first and abs(to_ns(m.header.stamp) - end_ns) < 60e6
         ]
-        np.testing.assert_array_equal(np.diff(instants), 20_000_000)
+        # An instant at which a keypoint is hidden is told of with the next one.
+        steps = np.diff([to_ns(m.header.stamp) for m in near])
+        assert set(steps) <= {0, 20_000_000, 40_000_000}
+        # Each knows more than the one before.
+        assert (np.diff([to_ns(m.newest_sample) for m in near]) > 0).all()
     for ns, message in timed:
         if message.state == InteractionCase.COMPLETE:
             # One period of looking, and what lock-step takes to deliver.
@@ -195,17 +201,21 @@ class Someone(HriNode):
         self.frame = "world"
         self.places = "abc"
         self.unseen: dict[str, tuple[int, ...]] = {}
+        self.height: Callable[[float], float] = lambda seconds: 0.2 * math.sin(4.0 * seconds)
+        self.every = 1
+        self.ticks = 0
 
     def tell(self, *names: str) -> None:
         self.ids.publish(IdsList(ids=list(names)))
 
     def on_tick(self, now_ns: int) -> None:
-        for name in self.seen:
+        self.ticks += 1
+        for name in self.seen if self.ticks % self.every == 0 else ():
             points = np.zeros((4, 3))
             points[:, 0] = np.arange(4) * 0.2
             place = self.places.index(name)
             points[:, 1] = 0.6 * (place + 1)
-            points[1:, 2] = 0.2 * np.sin(4.0 * now_ns / NANO) * (place == 0)
+            points[1:, 2] = self.height(now_ns / NANO) * (place == 0)
             message = HumanArm(
                 body_id=name,
                 side=self.side,
@@ -300,6 +310,52 @@ def test_names_that_are_no_part_of_topics_are_not_watched(people: tuple[Graph, S
     someone.tell("a", "a", "b")
     graph.run(0.7)
     assert health(graph)[0] == "watching a and b"
+
+
+def test_what_is_too_short_is_refused_once(people: tuple[Graph, Someone]) -> None:
+    graph, someone = people
+    someone.height = lambda seconds: 0.06 * float(np.clip((seconds - 2.0) / 0.12, 0.0, 1.0))
+    someone.tell("a", "b")
+    graph.run(4.0)
+    (short,) = [m for m in graph.messages(CASE) if to_ns(m.end)]
+    assert (short.first, short.state, short.number) == ("a", InteractionCase.NONE, 0)
+    assert short.reason.startswith("too short: 0.")
+    assert 1.9e9 < to_ns(short.onset) < to_ns(short.end) < 2.3e9
+    assert health(graph)[1]["refused: too short"] == 1
+    assert "movements" not in health(graph)[1]
+
+
+def test_samples_that_come_too_seldom_are_named(people: tuple[Graph, Someone]) -> None:
+    """A movement in them would be cut anywhere."""
+    graph, someone = people
+    someone.every = 20
+    someone.tell("a", "b")
+    graph.run(6.0)
+    words = "samples come at 12.5 Hz, too seldom to find reaches"
+    assert health(graph)[0] == f"a: {words}"
+    assert f"a: {words}" in [m.reason for m in graph.messages(CASE)[-3:]]
+    assert not said(graph, InteractionCase.COMPLETE)
+    assert {m.reason for m in graph.messages(CASE) if to_ns(m.end)} == {words}
+    someone.every = 1
+    graph.run(3.0)
+    assert health(graph)[0] == "watching a and b"
+    assert said(graph, InteractionCase.COMPLETE)
+
+
+def test_nothing_is_told_twice_of_one_whose_partner_is_not_heard(
+    people: tuple[Graph, Someone],
+) -> None:
+    graph, someone = people
+    someone.tell("a", "b")
+    graph.run(1.0)
+    someone_moves(graph)
+    someone.seen = ("a",)
+    graph.run(0.05)
+    before = said(graph, InteractionCase.RUNNING)
+    graph.run(0.4)
+    after = said(graph, InteractionCase.RUNNING)[len(before) :]
+    assert len(after) <= 1  # what the last sample of b had still to be told
+    assert graph.messages(CASE)[-1].state != InteractionCase.RUNNING or not after
 
 
 def test_identities_that_swap_at_rest_are_named(people: tuple[Graph, Someone]) -> None:

@@ -332,6 +332,30 @@ def test_too_short_and_too_long_are_said() -> None:
     assert found[0].reason.startswith("too long: ")
 
 
+def test_samples_that_come_too_seldom_say_nothing_of_movements() -> None:
+    seldom = dataclasses.replace(A, time_s=A.time_s[::20], keypoints=A.keypoints[::20])
+    for tracks in ((seldom, B), (B, seldom)):
+        found = segments_of(tracks)
+        assert found
+        assert {s.kind for s in found} == {"samples come too seldom to find reaches"}
+        assert all(s.features is None for s in found)
+
+
+@pytest.mark.parametrize(
+    ("reason", "kind"),
+    [
+        ("too short: 0.12 s", "too short"),
+        ("the wrist jumped by 0.61 m", "the wrist jumped"),
+        ("both arms were seen for 43 % of it", "both arms were seen for too little of it"),
+        ("stamps of anna went back by 3.00 s", "stamps of anna went back"),
+        ("samples come at 12.5 Hz, too seldom to find reaches", "samples come too seldom to find reaches"),
+        ("the arm was lost sight of", "the arm was lost sight of"),
+    ],
+)  # fmt: skip
+def test_reasons_are_counted_without_their_figures(reason: str, kind: str) -> None:
+    assert Segment(0, 0, 1, None, reason).kind == kind
+
+
 def test_samples_out_of_order_are_left_out_and_restarting_forgets() -> None:
     watch = DyadWatch()
     samples = list(merged((A, B)))

@@ -99,8 +99,9 @@ class InteractionMonitorNode(HriNode):
         warm_watch()
         verdict_on(self._classifier, np.ones(COUNT))
         self._features = self.announce(InteractionFeatures, FEATURES_TOPIC, reliable(1))
-        # Deeper than what is told 25 times a second: two movements may be over in the same instant.
-        self._cases = self.announce(InteractionCase, CASE_TOPIC, reliable(10))
+        # What movements were is told once: not to be pushed out by what others look like meanwhile, of a
+        # reader that is held up for 0.2 s.
+        self._cases = self.announce(InteractionCase, CASE_TOPIC, reliable(50))
         self.listen(IdsList, TRACKED, self._on_ids, LISTS)
         self.set_period(self._config.period)
 
@@ -189,8 +190,7 @@ class InteractionMonitorNode(HriNode):
             message = self._said(
                 segment.agent, InteractionCase.NONE, segment.end_ns, segment.reason, bodies
             )
-            # Not the figures of this one: what it is counted as.
-            self._counts["refused: " + segment.reason.partition(":")[0].partition(" by ")[0]] += 1
+            self._counts["refused: " + segment.kind] += 1
         else:
             message = self._said(segment.agent, InteractionCase.COMPLETE, segment.end_ns)
             verdict = verdict_on(self._classifier, segment.features)
@@ -242,8 +242,8 @@ class InteractionMonitorNode(HriNode):
             self._tell_running(ending)
 
     def _tell_running(self, agents: Sequence[int]) -> None:
-        """Tell what movements look like so far, once with each newest sample."""
-        newest_ns = max(self._newest_ns)
+        """Tell what movements look like so far, once with each newest sample of both."""
+        newest_ns = min(self._newest_ns)
         for agent in agents:
             if self._told_ns[agent] == newest_ns:
                 continue
@@ -269,6 +269,8 @@ class InteractionMonitorNode(HriNode):
                 return f"no {self._config.side} arm of {body} has been seen yet{seen}"
             if now_ns - newest_ns > SILENT_S * NANO:
                 return f"{body} was last seen {(now_ns - newest_ns) / NANO:.1f} s ago"
+            if slow := self._watch.trouble(agent):
+                return f"{body}: {slow}"
             ages = now_ns - self._seen_ns[agent]
             lost = [index for index in range(len(KEYPOINTS)) if ages[index] > SILENT_S * NANO]
             if lost:

@@ -7,7 +7,6 @@ sessions:
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -26,6 +25,7 @@ from hri_prediction.ontology.cases import find_case
 from hri_prediction.ontology.config import WatchConfig
 from hri_prediction.ontology.table import SegmentTable, table_of
 from hri_prediction.ontology.watch import BACK_NS, DyadWatch, Segment
+from hri_prediction.tracks.rate import check_rate
 from hri_prediction.tracks.track import ArmSample, ArmTrack
 
 SESSIONS = "sessions.yaml"
@@ -79,12 +79,6 @@ class Refused:
         return (
             f"{self.bag.name}: {self.count} of {self.count + self.taken} movements refused: {why}"
         )
-
-
-def kind_of(reason: str) -> str:
-    """The kind of a reason why a movement has no features: without its figures."""
-    words = re.sub(r"(: [\d.]+ s| by [\d.]+ m)$", "", reason)
-    return re.sub(r"for \d+ % of it", "for too little of it", words)
 
 
 def read_sessions(path: str | Path) -> list[RecordedSession]:
@@ -186,7 +180,7 @@ def tracks_of_bag(
     """The arms of two people in a bag as tracks on one clock; arguments as :func:`segments_of_bag`.
 
     Raises:
-        DataError: likewise, and where stamps go back.
+        DataError: likewise, where stamps go back, and where samples are too few a second.
     """
     pair, samples = _two_arms(bag, bodies, side)
     takes = len(_takes(bag, pair, samples)[0])
@@ -209,6 +203,7 @@ def tracks_of_bag(
                 source=str(bag),
             )
         )
+        check_rate(tracks[-1], f"{bag}: {name}")
     return tracks[0], tracks[1]
 
 
@@ -277,5 +272,5 @@ def table_of_recording(session: RecordedSession, number: int) -> tuple[SegmentTa
         [session.position] * count,
         [number] * count,
     )
-    kinds = Counter(kind_of(one.reason) for one in segments if one.features is None)
+    kinds = Counter(one.kind for one in segments if one.features is None)
     return table, Refused(session.bag, count, tuple(sorted(kinds.items())))

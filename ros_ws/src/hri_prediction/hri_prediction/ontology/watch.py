@@ -8,8 +8,9 @@ code that the predictor cuts reaches with; the one whose wrist it is counts as a
 from __future__ import annotations
 
 import math
+import re
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,7 +18,9 @@ from numpy.typing import NDArray
 
 from hri_prediction.ontology.config import WatchConfig
 from hri_prediction.ontology.features import COUNT, EXCHANGED, fill_features
+from hri_prediction.ontology.jumps import SPEED_S, jumped
 from hri_prediction.ontology.smoothing import SmoothedArm
+from hri_prediction.tracks.rate import too_slow
 from hri_prediction.tracks.segmentation import ROUNDING_S, ReachSegmenter, SegmentationConfig
 from hri_prediction.tracks.track import ArmSample, ArmTrack
 
@@ -25,11 +28,6 @@ FloatArray = NDArray[np.float64]
 
 AGENTS = (0, 1)
 _WRIST = 2
-JUMP_M = 0.05
-"""So far off where it was going may a wrist be whatever it does: noise, and a speed that is known badly
-[m]."""
-_SPEED_S = 0.05
-"""Over so long its speed is taken."""
 BACK_NS = 200_000_000
 """Stamps that go back by more are those of another take: nothing goes on [ns]."""
 _NANO = 1e-9
@@ -53,6 +51,13 @@ class Segment:
     end_ns: int
     features: FloatArray | None
     reason: str = ""
+
+    @property
+    def kind(self) -> str:
+        """The reason without its figures."""
+        words = re.sub(r"(: [\d.]+ s| by [\d.]+ m?s?)$", "", self.reason)
+        words = re.sub(r"for \d+ % of it", "for too little of it", words)
+        return re.sub(r" at [\d.e+-]+ Hz, too seldom", " too seldom", words)
 
 
 @dataclass
@@ -141,10 +146,11 @@ class DyadWatch:
 
     def _wrist(self, agent: int, time_s: float, wrist: FloatArray) -> list[Segment]:
         own = self._agents[agent]
-        way = self._jump(agent, time_s, wrist)
+        gaps = self.segmentation.max_gap + ROUNDING_S
+        way = jumped(own.wrists, self._agents[1 - agent].wrists, time_s, wrist, self.config, gaps)
         if way > 0.0:
             return self._jumped(agent, time_s, wrist, way)
-        while own.wrists and own.wrists[0][0] < time_s - _SPEED_S:
+        while own.wrists and own.wrists[0][0] < time_s - SPEED_S:
             own.wrists.popleft()
         own.wrists.append((time_s, wrist.copy()))
         event = own.segmenter.push(time_s, wrist)
@@ -158,32 +164,6 @@ class DyadWatch:
                 found = self._over(agent, own.onset_s, event.time_s)
         own.onset_s = event.time_s if event.kind == "onset" else None
         return found
-
-    def _jump(self, agent: int, time_s: float, wrist: FloatArray) -> float:
-        """How far a wrist has jumped from where it was [m]; 0: it has not.
-
-        Markers are most often exchanged when they were lost for a moment. Then no speed is too high, but
-        the wrist is not where it was going.
-        """
-        own, partner = self._agents[agent].wrists, self._agents[1 - agent].wrists
-        if not own:
-            return 0.0
-        last_s, last = own[-1]
-        gap = time_s - last_s
-        way = float(np.linalg.norm(wrist - last))
-        if way > self.config.plausible_speed * max(gap, 0.004):
-            return way
-        off = float(np.linalg.norm(wrist - _going_to(own, time_s)))
-        # Also the speed is that of the middle of its window.
-        span = gap * (0.5 * gap + 0.5 * _SPEED_S)
-        if off > JUMP_M + self.config.plausible_acceleration * span:
-            return way
-        # Nearer to where the other one's was going: the two were exchanged. Of one that was not seen for
-        # long nobody knows where it was going, and its movement is lost anyway.
-        if partner and off > JUMP_M and gap <= self.segmentation.max_gap + ROUNDING_S:
-            theirs = float(np.linalg.norm(wrist - _going_to(partner, time_s)))
-            return way if theirs < 0.5 * off else 0.0
-        return 0.0
 
     def _jumped(self, agent: int, time_s: float, wrist: FloatArray, way: float) -> list[Segment]:
         """A wrist is another one now: whatever is under way has distances to both in it."""
@@ -209,6 +189,8 @@ class DyadWatch:
     def _over(self, agent: int, onset_s: float, end_s: float) -> list[Segment]:
         """A segment has ended; its features come when the arms are known until then."""
         seconds = end_s - onset_s
+        if slow := self.trouble(0) or self.trouble(1):
+            return [self._none(agent, onset_s, end_s, slow)]
         if seconds < self.segmentation.min_duration:
             return [self._none(agent, onset_s, end_s, f"too short: {seconds:.2f} s")]
         if seconds > self.config.longest:
@@ -242,7 +224,7 @@ class DyadWatch:
     def _reached(self) -> int:
         """The last instant that samples of both have reached, be it too new to be smoothed as asked for."""
         newest_s = min(own.arm.newest_s for own in self._agents)
-        return max(self._index(newest_s), self._next - 1) if newest_s >= 0.0 else self._next - 1
+        return self._index(newest_s) if newest_s >= 0.0 else -1
 
     def _late_rows(self, agent: int, onset_s: float, last: int) -> FloatArray:
         """Features of instants that are not kept yet, by what samples there are."""
@@ -325,17 +307,26 @@ class DyadWatch:
         that smoothing asks for, which the features of a segment that is over have.
 
         Returns:
-            The last instant that both arms have reached [ns], and mean features until then (25,) [m].
+            The last instant at which both arms are seen [ns], and mean features until then (25,) [m].
         """
         onset_s = self._agents[agent].onset_s
         if onset_s is None:
             return None
-        last = self._reached()
         rows = np.concatenate(
-            (self._rows_of(agent, onset_s, self._next - 1), self._late_rows(agent, onset_s, last))
+            (
+                self._rows_of(agent, onset_s, self._next - 1),
+                self._late_rows(agent, onset_s, self._reached()),
+            )
         )
-        seen = rows[np.isfinite(rows).all(axis=1)]
-        return (self._ns(last * self.config.step), seen.mean(axis=0)) if len(seen) else None
+        seen = np.flatnonzero(np.isfinite(rows).all(axis=1))
+        if not len(seen):
+            return None
+        last = max(self._next - 1, self._reached()) - (len(rows) - 1 - int(seen[-1]))
+        return self._ns(last * self.config.step), rows[seen].mean(axis=0)
+
+    def trouble(self, agent: int) -> str:
+        """Why nothing is found in samples that come as those of an agent do; empty where something is."""
+        return too_slow(self._agents[agent].segmenter.period_s)
 
     def now(self) -> tuple[int, FloatArray] | None:
         """The newest features (25,) [m], agent 0 as agent 1, and their time [ns]; none before the first."""
@@ -353,15 +344,6 @@ class DyadWatch:
                 found += self._over(agent, own.onset_s, end_s)
                 own.onset_s = None
         return found + self._complete(at_once=True)
-
-
-def _going_to(wrists: Sequence[tuple[float, FloatArray]], time_s: float) -> FloatArray:
-    """Where a wrist is at a time when it goes on as it was seen to (3,) [m]."""
-    (first_s, first), (last_s, last) = wrists[0], wrists[-1]
-    if last_s - first_s < 0.4 * _SPEED_S:
-        return last
-    found: FloatArray = last + (time_s - last_s) / (last_s - first_s) * (last - first)
-    return found
 
 
 def merged(tracks: tuple[ArmTrack, ArmTrack]) -> Iterator[tuple[int, ArmSample]]:

@@ -28,7 +28,7 @@ class Heard:
         onset_ns: When the movement began [ns].
         end_ns: When it ended [ns]; 0 while it is under way.
         newest_ns: Stamp of the newest sample behind it [ns].
-        instant_ns: Until when features are in it [ns].
+        instant_ns: Until when both are in it [ns].
         meant: The case that the two people are in.
     """
 
@@ -49,8 +49,8 @@ class LiveFigures:
 
     Attributes:
         movements: How many.
-        case_ms: From the end of each to the next time that its case was told, of all features until the
-            end, as it looked by then [ms].
+        case_ms: From the end of each to the next time that its case was told, of all instants until the end
+            (the last ones smoothed by what samples there were), as it looked by then [ms].
         known_ms: The same until what was told is what is told of the whole movement in the end [ms].
         complete_ms: From the end of each until it was certain that it was over, and told [ms].
         computed_ms: From the newest sample to that message [ms].
@@ -137,7 +137,7 @@ def live_lines(told: dict[str, float | int]) -> list[str]:
     if not told:
         return ["### Live\n", "No movement was told of.\n"]
     names = {
-        "case": "the end of a movement, to its case by all features until then",
+        "case": "the end of a movement, to its case by what was seen until then",
         "known": "the end of a movement, to the case that is told of it in the end",
         "complete": "the end of a movement, to its being over for certain, and told",
         "computed": "the newest sample, to that message",
