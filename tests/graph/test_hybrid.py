@@ -53,7 +53,7 @@ def test_a_person_is_guessed_learnt_and_known_again(
         assert known.reaches == {f"right {target}_from_rest": seen}
         figures = graph.nodes["predictor"].health()[2]
         assert figures["hybrid"] == "running"
-        assert figures[f"anna {target}_from_rest"].startswith(f"{seen} reach")
+        assert figures[f"anna right {target}_from_rest"].startswith(f"{seen} reach")
         graph.close()
 
 

@@ -19,6 +19,8 @@ from hri_prediction.hybrid.loop import (
     Explained,
     Inline,
     Learnt,
+    Left,
+    Loop,
     Reached,
     Rested,
     Setup,
@@ -163,6 +165,96 @@ def test_who_is_deleted_meanwhile_is_forgotten(setup, rest, targets, people):
     kinds = [type(answer) for answer in loop.answers()]
     assert kinds == [Trouble, Learnt]
     assert PeopleStore(setup.store).people()[0].reaches == {"right near_from_rest": 1}
+
+
+def test_who_takes_the_name_of_somebody_is_somebody_else(setup, rest, targets, people):
+    """Folders are moved while nobody asks: what was learnt of one is not written to the other."""
+    loop = Inline(setup)
+    first, second, third = reaches(targets, people, rest, 3)
+    loop.ask(Reached("anna", first))
+    loop.ask(Reached("anna", second))
+    loop.answers()
+    store = PeopleStore(setup.store)
+    other = Inline(replace(setup, people=frozenset({"berta"})))
+    other.ask(Reached("berta", first))
+    other.close()
+    store.move("anna", "gone")
+    store.move("berta", "anna")
+    loop.ask(Reached("anna", third))
+    told = [answer for answer in loop.answers() if not isinstance(answer, Explained)]
+    assert [type(answer) for answer in told] == [Trouble, Learnt]
+    assert "another one" in told[0].text
+    assert told[1].seen == 2
+    seen = {known.name: known.reaches for known in store.people()}
+    assert seen == {
+        "anna": {"right near_from_rest": 2},
+        "gone": {"right near_from_rest": 2},
+    }
+
+
+def test_who_is_deleted_before_an_explanation_does_not_come_back(
+    setup, rest, targets, people, monkeypatch
+):
+    loop, store = Loop(setup), PeopleStore(setup.store)
+    for reach in reaches(targets, people, rest, 4):
+        loop.answer(Reached("anna", reach))
+    explain = HybridPerson.explain
+
+    def deleted_meanwhile(person, key):
+        found = explain(person, key)
+        store.delete("anna")
+        return found
+
+    monkeypatch.setattr(HybridPerson, "explain", deleted_meanwhile)
+    (told,) = loop.explain_next()
+    assert isinstance(told, Trouble)
+    assert store.names() == []
+    assert not (setup.store / "anna").exists()
+    assert loop.explain_next() == []
+
+
+def test_what_a_full_disk_did_not_take_is_written_when_it_has_room(
+    setup, rest, targets, people, monkeypatch
+):
+    other = TaskKey("right", "rest", "side")
+    person, rng = HybridPerson(targets, people), np.random.default_rng(1)
+    person.at_rest(rest)
+    near, side = (reach_of(person, rest, key, rng, aside=np.zeros(3)) for key in (KEY, other))
+    save, full = PeopleStore.save, [True]
+
+    def saved(store, name, tasks, own):
+        if full[0]:
+            raise HriError("No space left on device")
+        save(store, name, tasks, own)
+
+    monkeypatch.setattr(PeopleStore, "save", saved)
+    loop = Loop(setup)
+    learnt, trouble = loop.answer(Reached("anna", near))
+    assert isinstance(learnt, Learnt)
+    assert "No space" in trouble.text
+    full[0] = False
+    (learnt,) = loop.answer(Reached("anna", side))
+    both = {"right near_from_rest": 1, "right side_from_rest": 1}
+    assert PeopleStore(setup.store).people()[0].reaches == both
+    # Likewise when it ends.
+    full[0] = True
+    loop.answer(Reached("anna", near))
+    full[0] = False
+    loop.close()
+    assert PeopleStore(setup.store).people()[0].reaches["right near_from_rest"] == 2
+
+
+def test_nothing_is_known_any_more_of_who_has_left(setup, rest, targets, people):
+    loop = Loop(setup)
+    (reach,) = reaches(targets, people, rest, 1)
+    for _ in range(2):
+        (learnt,) = loop.answer(Reached("body7", reach))
+        assert learnt.seen == 1
+        assert loop.answer(Left("body7")) == []
+    # But of who is kept.
+    loop.answer(Reached("anna", reach))
+    assert loop.answer(Left("anna")) == []
+    assert loop.answer(Reached("anna", reach))[0].seen == 2
 
 
 def test_asking_never_waits(setup, rest):

@@ -157,6 +157,27 @@ def test_a_person_survives_a_restart(person, rest, rng, targets, people, tmp_pat
     assert {task.key for task in tasks} == set(person.tasks)
 
 
+def test_what_was_learnt_with_other_settings_is_refused(
+    person, rest, rng, targets, people, tmp_path
+):
+    """Numbers that fit in number would mean something else."""
+    person.at_rest(rest)
+    person.reached(reach_of(person, rest, NEAR, rng, aside=ASIDE))
+    store = PeopleStore(tmp_path)
+    store.save("anna", [person.tasks[NEAR]], person.weights.own)
+    tasks, own = store.load("anna")
+    assert tasks[0].settings == person.rules.settings
+    HybridPerson(targets, people, tasks=tasks, own=own)
+    other = replace(PredictorConfig(), onset_speed=0.05)
+    with pytest.raises(DataError, match=r"was learnt with onset_speed 0\.\d+ instead of 0\.05"):
+        HybridPerson(targets, people, other, tasks=tasks, own=own)
+    turned = replace(tasks[0].settings, costs=tasks[0].settings.costs[::-1])
+    with pytest.raises(DataError, match="learnt with costs"):
+        HybridPerson(targets, people, tasks=[replace(tasks[0], settings=turned)])
+    # Files of before do not say: those that fit in number are taken.
+    HybridPerson(targets, people, other, tasks=[replace(tasks[0], settings=None)])
+
+
 def test_people_are_listed_moved_and_forgotten(person, rest, rng, tmp_path):
     person.at_rest(rest)
     person.reached(reach_of(person, rest, NEAR, rng, aside=ASIDE))

@@ -8,7 +8,12 @@ from hypothesis.extra.numpy import arrays
 
 from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.hybrid.fitting import data_of_reaches, fit_process
-from hri_prediction.hybrid.weight_file import load_process, save_process
+from hri_prediction.hybrid.weight_file import (
+    data_of_values,
+    data_to_values,
+    load_process,
+    save_process,
+)
 from hri_prediction.hybrid.weight_process import (
     LEAST_WEIGHT,
     PERSON_SD,
@@ -186,3 +191,19 @@ def test_the_same_reach_counts_once(people):
     person = person.learnt(again)
     assert len(person.own) == 2
     np.testing.assert_array_equal(person.own.logs[-1], again.logs[0])
+
+
+def test_the_other_arms_reach_and_another_target_nearby_count_beside_it(people):
+    """Angles of left arms are those of their mirror images: reaches to both sides look the same."""
+    at = np.array([[0.2, 0.1, 0.3]]), np.array([[0.1, 1.0, 0.4]])
+    data = WeightData.of(people.names, *at, [[0.1, 0.2, 0.6, 0.1]], 0.05**2 * np.eye(4)[None])
+    person = PersonalProcess(people, WeightData.none(people.names))
+    for name in ("right_a", "left_a", "right_b", "right_a"):
+        person = person.learnt(data.of_reach(name))
+    assert person.own.reaches == ("left_a", "right_b", "right_a")
+    again = data_of_values(data_to_values(person.own))
+    assert again.reaches == person.own.reaches
+    # Of what was kept before reaches had names, anything near is the same.
+    assert person.learnt(data).own.reaches == ("",)
+    with pytest.raises(DataError, match="2 reaches"):
+        WeightData(people.names, data.inputs, data.logs, data.variance, ("a", "b"))

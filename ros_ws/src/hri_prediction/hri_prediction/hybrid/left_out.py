@@ -37,7 +37,7 @@ def reaches_left_out(data: WeightData, person: Sequence[str], seed: int = 0) -> 
     names = np.array(person)
     return _errors(
         [
-            (_rows(data, np.flatnonzero(names != who)), _rows(data, np.flatnonzero(names == who)))
+            (data.where(np.flatnonzero(names != who)), data.where(np.flatnonzero(names == who)))
             for who in dict.fromkeys(person)
         ],
         seed,
@@ -98,7 +98,3 @@ def _errors(parts: Sequence[tuple[WeightData, WeightData]], seed: int) -> tuple[
         own.append(np.abs(guesses - truth).mean())
         plain.append(np.abs(mean - truth).mean())
     return float(np.mean(own)), float(np.mean(plain))
-
-
-def _rows(data: WeightData, rows: NDArray[np.int64]) -> WeightData:
-    return WeightData(data.names, data.inputs[rows], data.logs[rows], data.variance[rows])

@@ -69,6 +69,13 @@ class Reached:
     reach: SeenReach
 
 
+@dataclass(frozen=True)
+class Left:
+    """A person who is not kept has gone, and is not waited for: nothing more is known of them."""
+
+    person: str
+
+
 @dataclass(frozen=True, eq=False)
 class Expected:
     """What an arm may do next.
@@ -95,12 +102,14 @@ class Learnt:
 
     Attributes:
         person: Whose.
+        side: Of the arm.
         task: Which.
         seen: Reaches of it so far.
         divergence: Of this update, by weight.
     """
 
     person: str
+    side: str
     task: str
     seen: int
     divergence: float
@@ -111,6 +120,7 @@ class Explained:
     """A mean path was explained."""
 
     person: str
+    side: str
     why: Why
 
 
@@ -127,7 +137,7 @@ class Trouble:
     text: str
 
 
-Question = Rested | Reached
+Question = Rested | Reached | Left
 Answer = Expected | Learnt | Explained | Trouble
 
 
@@ -147,20 +157,27 @@ class Loop:
         self._weights = load_process(setup.weights)
         self._store = PeopleStore(setup.store) if setup.store is not None else None
         self._people: dict[str, HybridPerson] = {}
-        self._kept: set[str] = set()
+        # Which folder a person is kept in, and what of it could not be written yet.
+        self._kept: dict[str, tuple[int, int]] = {}
+        self._unsaved: dict[str, set[TaskKey]] = {}
         self._claims: dict[str, int] = {}
 
     def answer(self, question: Question) -> list[Answer]:
         """Do what is asked for; what goes wrong is an answer too."""
         name = question.person
+        if isinstance(question, Left):
+            if name not in self._setup.people:
+                self._people.pop(name, None)
+            return []
         forgotten: list[Answer] = []
         try:
             forgotten = self._forget_deleted(name)
             if isinstance(question, Rested):
                 person = self._person(name)
                 library = person.at_rest(question.rest)
-                spread = {key.name: sd for key, sd in person.guessed_sd.items()}
                 side = question.rest.body.side
+                guessed = person.guessed_sd.items()
+                spread = {key.name: sd for key, sd in guessed if key.side == side}
                 return [*forgotten, Expected(name, side, library, dict(person.remarks), spread)]
             key = self._person(name).reached(question.reach)
         except NoTarget:
@@ -168,37 +185,49 @@ class Loop:
         except Exception as error:  # whatever it is, the next question may go well
             return [*forgotten, Trouble(name, _told(error))]
         task = self._people[name].tasks[key]
-        learnt = Learnt(name, key.name, task.seen, task.divergences[-1])
-        return [*forgotten, learnt, *self._kept_or_not(name, [key])]
+        learnt = Learnt(name, key.side, key.name, task.seen, task.divergences[-1])
+        return [*forgotten, learnt, *self._kept_or_not(name, key)]
 
     def explain_next(self) -> list[Answer]:
         """Explain one mean path that has settled; nothing when there is none."""
-        for name, person in self._people.items():
+        for name, person in list(self._people.items()):
             waiting = person.to_explain()
             if not waiting:
                 continue
+            if forgotten := self._forget_deleted(name):
+                return forgotten
+            key = waiting[0]
             try:
-                found = person.explain(waiting[0])
+                found = person.explain(key)
             except Exception as error:  # the path stays unexplained until more is known
-                return [Trouble(name, f"{waiting[0].name} is not explained: {_told(error)}")]
-            return [Explained(name, found), *self._kept_or_not(name, waiting[:1])]
+                return [Trouble(name, f"{key.name} is not explained: {_told(error)}")]
+            # It takes a while, in which folders may be moved.
+            forgotten = self._forget_deleted(name)
+            return forgotten or [Explained(name, key.side, found), *self._kept_or_not(name, key)]
         return []
 
     def close(self) -> None:
         """Leave people to others, who may learn them from now on."""
+        for name in list(self._unsaved):
+            if name in self._claims and not self._forget_deleted(name):
+                self._kept_or_not(name, next(iter(self._unsaved[name])))
         for claim in self._claims.values():
             os.close(claim)
         self._claims.clear()
 
     def _forget_deleted(self, name: str) -> list[Answer]:
-        """Forget a person whose folder was deleted or moved while it was known here."""
-        if name not in self._kept or (self._store is not None and name in self._store.names()):
+        """Forget a person whose folder was deleted, moved, or exchanged, while it was known here."""
+        if name not in self._kept or self._store is None:
             return []
-        self._kept.discard(name)
-        del self._people[name]
+        if self._store.identity(name) == self._kept[name]:
+            return []
+        del self._kept[name], self._people[name]
+        self._unsaved.pop(name, None)
         if name in self._claims:
             os.close(self._claims.pop(name))
-        return [Trouble(name, "the folder is gone: the person is forgotten, and learnt anew")]
+        return [
+            Trouble(name, "the folder is gone, or another one: who was learnt here is forgotten")
+        ]
 
     def _stored(self, name: str) -> PeopleStore | None:
         """Where a person is kept; strangers are not."""
@@ -218,22 +247,33 @@ class Loop:
                 tasks=tasks,
                 own=own,
             )
-            if tasks:
-                self._kept.add(name)
+            self._remember_folder(name)
         return self._people[name]
 
-    def _kept_or_not(self, name: str, keys: list[TaskKey]) -> list[Answer]:
+    def _remember_folder(self, name: str) -> None:
+        """Know the folder again that a person is kept in: that which is claimed, whatever its name."""
+        store = self._stored(name)
+        if name in self._claims:
+            claimed = os.fstat(self._claims[name])
+            self._kept[name] = claimed.st_dev, claimed.st_ino
+        elif store is not None and (identity := store.identity(name)) is not None:
+            self._kept[name] = identity
+
+    def _kept_or_not(self, name: str, key: TaskKey) -> list[Answer]:
         """Keep what was learnt; it is learnt whether that goes well or not."""
         try:
-            self._keep(name, keys)
+            self._keep(name, key)
         except Exception as error:  # a full disk, another predictor: it may go well the next time
             return [Trouble(name, _told(error))]
         return []
 
-    def _keep(self, name: str, keys: list[TaskKey]) -> None:
+    def _keep(self, name: str, key: TaskKey) -> None:
         store = self._stored(name)
         if store is None:
             return
+        # What a full disk did not take is still to be written when it has room.
+        unsaved = self._unsaved.setdefault(name, set())
+        unsaved.add(key)
         if name not in self._claims and name not in self._kept and name not in store.names():
             self._claim(store, name)  # the first that is ever kept of this person
         if name not in self._claims:
@@ -243,8 +283,9 @@ class Loop:
                 hint="give this person another name here, or end the other one and start this anew",
             )
         person = self._people[name]
-        store.save(name, [person.tasks[key] for key in keys], person.weights.own)
-        self._kept.add(name)
+        store.save(name, [person.tasks[each] for each in sorted(unsaved)], person.weights.own)
+        del self._unsaved[name]
+        self._remember_folder(name)
 
     def _claim(self, store: PeopleStore, name: str) -> None:
         claim = store.claim(name)

@@ -114,22 +114,35 @@ class HybridPerson:
                     f"target {name!r}", expected=f"a name other than {ELSEWHERE}, without _from_"
                 )
         self.targets = {name: np.array(at, dtype=float) for name, at in targets.items()}
-        self.rules = TaskRules(predictor or PredictorConfig(), config or HybridConfig())
+        self.rules = TaskRules(
+            predictor or PredictorConfig(), config or HybridConfig(), people.names
+        )
         self.config = self.rules.config
         self.weights = PersonalProcess(people, own or WeightData.none(people.names))
         self.tasks = {task.key: task for task in tasks}
         for task in self.tasks.values():
-            sizes = len(task.expected), len(task.alpha)
-            wanted = DIMS * self.rules.basis.count, len(people.names)
-            if sizes != wanted:
-                raise DataError(
-                    f"{task.key.name} was learnt with {sizes[0]} weights of paths and {sizes[1]} costs",
-                    expected=f"{wanted[0]} and {wanted[1]}, as this predictor has them",
-                    hint="use the settings of then, or forget the person",
-                )
+            self._check(task)
         self._bodies: dict[str, BodyArm] = {}
         self.remarks: dict[str, str] = {}
         self.guessed_sd: dict[TaskKey, float] = {}
+
+    def _check(self, task: PersonalTask) -> None:
+        """Whether a task means here what it meant when it was learnt."""
+        sizes = len(task.expected), len(task.alpha)
+        wanted = DIMS * self.rules.basis.count, len(self.rules.settings.costs)
+        if sizes != wanted:
+            others = (
+                f"{sizes[0]} weights of paths and {sizes[1]} costs "
+                f"instead of {wanted[0]} and {wanted[1]}"
+            )
+        else:
+            others = task.settings.differences(self.rules.settings) if task.settings else ""
+        if others:
+            raise DataError(
+                f"{task.key.name} was learnt with {others}",
+                expected="what this predictor has",
+                hint="use the settings of then, or forget the person",
+            )
 
     # ------------------------------------------------------------------ first guess
     def at_rest(self, rest: Rest) -> TaskLibrary:
@@ -279,5 +292,5 @@ class HybridPerson:
             self.rules.predictor.onset_speed,
         )
         found = why(model, body, guess.alpha, self.weights.names, share)
-        self.weights = self.weights.learnt(found.data)
+        self.weights = self.weights.learnt(found.data.of_reach(key.file))
         return found

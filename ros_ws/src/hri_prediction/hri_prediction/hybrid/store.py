@@ -13,7 +13,7 @@ import os
 import re
 import shutil
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,7 @@ from hri_prediction.files.sealed import check_seal, sealed
 from hri_prediction.files.values import read_json
 from hri_prediction.files.whole import write_whole
 from hri_prediction.hybrid.prior_path import Geometry, PriorPath
-from hri_prediction.hybrid.task import PersonalTask, TaskKey
+from hri_prediction.hybrid.task import PersonalTask, TaskKey, TaskSettings
 from hri_prediction.hybrid.weight_file import data_of_values, data_to_values
 from hri_prediction.hybrid.weight_process import WeightData
 from hri_prediction.promp.storage import read_npz, write_npz
@@ -94,6 +94,19 @@ class PeopleStore:
         files = [*self.folder.glob(f"*/{PERSON_FILE}"), *self.folder.glob("*/*.npz")]
         # What a write that was broken off has left begins with a dot.
         return sorted({path.parent.name for path in files if not path.name.startswith(".")})
+
+    def identity(self, name: str) -> tuple[int, int] | None:
+        """Which folder is the person's now (device and inode); none: nothing is kept of anybody so called.
+
+        A name says who it is only as long as nobody moves folders.
+        """
+        if name not in self.names():
+            return None
+        try:
+            found = self._of(name).stat()
+        except OSError:
+            return None  # gone meanwhile
+        return found.st_dev, found.st_ino
 
     def people(self) -> list[KnownPerson]:
         """What is known of all; of damaged folders, that they are."""
@@ -252,8 +265,21 @@ def write_task(path: Path, task: PersonalTask) -> None:
         "divergences": list(task.divergences),
         "seen": task.seen,
         "explained": task.explained,
+        **({"settings": asdict(task.settings)} if task.settings is not None else {}),
     }
     write_npz(path, arrays, header)
+
+
+def _settings_of(values: Any) -> TaskSettings | None:
+    """What a task was learnt with; older files do not say."""
+    if values is None:
+        return None
+    return TaskSettings(
+        tuple(map(str, values["costs"])),
+        int(values["count"]),
+        float(values["overlap"]),
+        float(values["onset_speed"]),
+    )
 
 
 def read_task(path: Path) -> PersonalTask:
@@ -283,6 +309,7 @@ def read_task(path: Path) -> PersonalTask:
             divergences=tuple(float(value) for value in header["divergences"]),
             seen=int(header["seen"]),
             explained=int(header["explained"]),
+            settings=_settings_of(header.get("settings")),
         )
     except DataError as error:
         raise DataError(f"{path}: {error.problem}", expected=error.expected) from error

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hri_prediction.errors import DataError
+from hri_prediction.errors import DataError, shown
 from hri_prediction.hybrid.config import HybridConfig
 from hri_prediction.hybrid.personal import Personal, PersonalPrior, learn_personal, personal_prior
 from hri_prediction.hybrid.prior_path import Geometry, PriorPath
@@ -52,6 +52,32 @@ class TaskKey:
         return f"{self.side}_{self.name}.npz"
 
 
+@dataclass(frozen=True)
+class TaskSettings:
+    """What the numbers of a task mean nothing without.
+
+    Attributes:
+        costs: Whose weights alpha are.
+        count: Functions of the basis for each coordinate.
+        overlap: Of these.
+        onset_speed: Where reaches are cut [m/s].
+    """
+
+    costs: tuple[str, ...]
+    count: int
+    overlap: float
+    onset_speed: float
+
+    def differences(self, other: TaskSettings) -> str:
+        """What is not the same in others, in words: name, value here, value there."""
+        pairs = ((f.name, getattr(self, f.name), getattr(other, f.name)) for f in fields(self))
+        return ", ".join(
+            f"{name} {shown(own)} instead of {shown(theirs)}"
+            for name, own, theirs in pairs
+            if own != theirs
+        )
+
+
 @dataclass(frozen=True, eq=False)
 class PersonalTask:
     """A reach of one person.
@@ -68,6 +94,7 @@ class PersonalTask:
         divergences: Kullback-Leibler divergence of each update from what was known before, by weight.
         seen: How many reaches were ever seen; the oldest are no longer kept.
         explained: How many of them there were when the mean path was last explained.
+        settings: What it was learnt with; none: nobody knows.
     """
 
     key: TaskKey
@@ -80,6 +107,7 @@ class PersonalTask:
     divergences: tuple[float, ...] = ()
     seen: int = 0
     explained: int = 0
+    settings: TaskSettings | None = None
 
     def __post_init__(self) -> None:
         count, size = len(self.durations_s), len(self.expected)
@@ -114,11 +142,17 @@ class TaskRules:
     Args:
         predictor: Its settings.
         config: Of the hybrid.
+        costs: Whose weights tasks have.
     """
 
-    def __init__(self, predictor: PredictorConfig, config: HybridConfig) -> None:
+    def __init__(
+        self, predictor: PredictorConfig, config: HybridConfig, costs: tuple[str, ...]
+    ) -> None:
         self.predictor, self.config = predictor, config
         self.basis = PhaseBasis(predictor.weights_per_dim, predictor.learning.overlap)
+        self.settings = TaskSettings(
+            costs, self.basis.count, predictor.learning.overlap, predictor.onset_speed
+        )
 
     def weights_of(self, phases: Array, values: Array) -> Array:
         """Weights (6 W,) of a path (P, 6) at phases (P,)."""
@@ -130,7 +164,14 @@ class TaskRules:
         """A task of which nothing was seen."""
         expected = self.weights_of(path.phases, path.values)
         return PersonalTask(
-            key, alpha, geometry, path, expected, np.zeros((0, len(expected))), np.zeros(0)
+            key,
+            alpha,
+            geometry,
+            path,
+            expected,
+            np.zeros((0, len(expected))),
+            np.zeros(0),
+            settings=self.settings,
         )
 
     def moved(self, task: PersonalTask, geometry: Geometry, path: PriorPath) -> PersonalTask:

@@ -38,6 +38,7 @@ def data_to_values(data: WeightData) -> dict[str, Any]:
             name: [[float(f"{v:.5g}") for v in row] for row in getattr(data, name).tolist()]
             for name in ("inputs", "logs", "variance")
         },
+        **({"reaches": list(data.reaches)} if any(data.reaches) else {}),
     }
 
 
@@ -54,10 +55,10 @@ def data_of_values(values: Any) -> WeightData:
             return WeightData.none(names)
         if len(arrays[0]) > MOST:
             raise DataError(f"{len(arrays[0])} observed weights", expected=f"{MOST} at most")
-        return WeightData(names, *arrays)
+        return WeightData(names, *arrays, reaches=tuple(map(str, values.get("reaches", ()))))
     except ConfigError as error:
         raise DataError(error.problem, expected=error.expected) from error
-    except (ArithmeticError, LookupError, TypeError, ValueError) as error:
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         raise DataError(
             f"observed weights lack or garble {error}", expected="costs, inputs, logs, variance"
         ) from error

@@ -111,6 +111,7 @@ class WeightData:
         inputs: Postures at both ends (N, 6) [rad]; N may be 0.
         logs: Logarithms of ratios (N, n - 1).
         variance: Of each (N, n - 1).
+        reaches: What each was observed of (N,); empty: nobody knows.
 
     Raises:
         ConfigError: on costs that are none, or lack joint jerk.
@@ -121,6 +122,7 @@ class WeightData:
     inputs: Array
     logs: Array
     variance: Array
+    reaches: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         indices_of(self.names)
@@ -147,6 +149,10 @@ class WeightData:
             object.__setattr__(self, name, array)
         if (self.variance <= 0.0).any():
             raise DataError("a variance of weights that is not positive", expected="more than 0")
+        reaches = tuple(self.reaches) or ("",) * count
+        if len(reaches) != count:
+            raise DataError(f"weights of {len(reaches)} reaches", expected=f"{count}")
+        object.__setattr__(self, "reaches", reaches)
 
     def __len__(self) -> int:
         return len(self.inputs)
@@ -177,7 +183,19 @@ class WeightData:
         if other.names != self.names:
             raise DataError(f"weights of {', '.join(other.names)}", expected=", ".join(self.names))
         pairs = ((getattr(self, k), getattr(other, k)) for k in ("inputs", "logs", "variance"))
-        return WeightData(self.names, *(np.concatenate(pair) for pair in pairs))
+        both = (np.concatenate(pair) for pair in pairs)
+        return WeightData(self.names, *both, reaches=(*self.reaches, *other.reaches))
+
+    def where(self, rows: NDArray[np.bool_] | NDArray[np.intp]) -> WeightData:
+        """Some of these: by a mask (N,), or numbers."""
+        reaches = tuple(np.array(self.reaches, dtype=object)[rows].tolist())
+        return WeightData(
+            self.names, self.inputs[rows], self.logs[rows], self.variance[rows], reaches
+        )
+
+    def of_reach(self, name: str) -> WeightData:
+        """The same, observed of one reach."""
+        return replace(self, reaches=(name,) * len(self))
 
 
 @dataclass(frozen=True, eq=False)
@@ -293,13 +311,14 @@ class PersonalProcess:
     def learnt(self, observed: WeightData) -> PersonalProcess:
         """The same with more observations of this person.
 
-        What was observed before of the same reach is replaced: it was made of a part of the same reaches.
+        What was observed before of the same reach, between the same postures, is replaced: it was made of a
+        part of the same reaches. The other arm's, whose angles are counted as those of its mirror image, is
+        not, and neither is that to another target nearby.
         """
-        gaps = np.abs(self.own.inputs[:, None] - observed.inputs[None]).max(axis=2)
-        kept = ~(gaps < SAME_RAD).any(axis=1)
-        before = WeightData(
-            self.own.names, self.own.inputs[kept], self.own.logs[kept], self.own.variance[kept]
-        )
+        near = np.abs(self.own.inputs[:, None] - observed.inputs[None]).max(axis=2) < SAME_RAD
+        own, new = (np.array(data.reaches, dtype=object) for data in (self.own, observed))
+        same = (own[:, None] == new[None]) | (own[:, None] == "") | (new[None] == "")
+        before = self.own.where(~(near & same).any(axis=1))
         return replace(self, own=before.and_also(observed))
 
     def guess(self, q_start: ArrayLike, q_end: ArrayLike) -> WeightGuess:

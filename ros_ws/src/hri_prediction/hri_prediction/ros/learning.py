@@ -18,6 +18,7 @@ from hri_prediction.hybrid.loop import (
     Explained,
     Inline,
     Learnt,
+    Left,
     Reached,
     Rested,
     Setup,
@@ -34,6 +35,9 @@ from hri_prediction.ros.following import FollowedBody
 Array = NDArray[np.float64]
 
 _AUTO = "auto"
+STRANGERS = 8
+"""So many people who have gone, and are not kept, are still known should they come back; trackers have new
+ids without end."""
 
 
 def targets_of(names: Sequence[str], positions: Sequence[float]) -> dict[str, Array]:
@@ -126,7 +130,10 @@ class Learning:
         self._loop: Inline | Background = Inline(setup) if at_once else Background(setup)
         self._given: dict[tuple[str, str], TaskLibrary] = {}
         self._waiting: dict[tuple[str, str], TaskLibrary] = {}
-        self._seen: set[tuple[str, str]] = set()
+        self._seen: set[tuple[str, str, str]] = set()
+        self._told: dict[str, set[str]] = {}
+        # Those who are not kept, who was seen last at the end.
+        self._strangers: dict[str, None] = {}
         self.figures: dict[str, Any] = {"hybrid": "running"}
 
     def watch(self, side: str) -> ArmWatch:
@@ -136,6 +143,36 @@ class Learning:
     def anew(self) -> None:
         """What is known of all people has changed: give arms their own tasks beside it again."""
         self._waiting = dict(self._given)
+
+    def _person(self, body_id: str) -> str:
+        """Whose a body is; who is not named is called by the body, and is nobody who is kept."""
+        kept = self._people.get(body_id)
+        if kept is not None:
+            return kept
+        return f"?{body_id}" if body_id in self._people.values() else body_id
+
+    def _leave(self, bodies: Mapping[str, FollowedBody]) -> None:
+        """Forget strangers who have gone, but for the last ones."""
+        here = [self._person(body.body_id) for body in bodies.values()]
+        for person in here:
+            if person not in self._people.values():
+                self._strangers.pop(person, None)
+                self._strangers[person] = None
+        gone = [person for person in self._strangers if person not in here]
+        for person in gone[: max(len(gone) - STRANGERS, 0)]:
+            del self._strangers[person]
+            self._loop.ask(Left(person))
+            for of_arms in (self._given, self._waiting):
+                for key in [key for key in of_arms if key[0] == person]:
+                    del of_arms[key]
+            self._seen = {key for key in self._seen if key[0] != person}
+            for figure in self._told.pop(person, ()):
+                del self.figures[figure]
+
+    def _tell(self, person: str, what: str, text: str) -> None:
+        """Have something to say of a person."""
+        self.figures[f"{person} {what}"] = text
+        self._told.setdefault(person, set()).add(f"{person} {what}")
 
     def exchange(
         self, bodies: Mapping[str, FollowedBody], common: TaskLibrary | None
@@ -149,8 +186,9 @@ class Learning:
         Yields:
             Faults: what they are about, and a text.
         """
+        self._leave(bodies)
         for body in bodies.values():
-            person = self._people.get(body.body_id, body.body_id)
+            person = self._person(body.body_id)
             for arm in body.arms.values():
                 for told in arm.watch.questions() if arm.watch is not None else ():
                     self._loop.ask(
@@ -176,13 +214,15 @@ class Learning:
                 "the process that learns people has not answered for long: it hangs, or gets no time",
             )
         for answer in self._loop.answers():
+            if not (answer.person in self._people.values() or answer.person in self._strangers):
+                continue  # has gone meanwhile
             if isinstance(answer, Expected):
                 whose = answer.person, answer.side
                 self._given[whose] = self._waiting[whose] = answer.library
                 for task, sd in answer.spread.items():
-                    if (answer.person, task) not in self._seen:
+                    if (*whose, task) not in self._seen:
                         guess = f"not seen yet, weights guessed within e^{sd:.1f}"
-                        self.figures[f"{answer.person} {task}"] = guess
+                        self._tell(answer.person, f"{answer.side} {task}", guess)
                 for target, reason in answer.remarks.items():
                     yield target, f"{answer.person} and {target}: {reason}"
             elif isinstance(answer, Trouble):
@@ -203,7 +243,7 @@ class Learning:
                 yield "library", str(error)
                 continue
             for body in bodies.values():
-                if self._people.get(body.body_id, body.body_id) != person or side not in body.arms:
+                if self._person(body.body_id) != person or side not in body.arms:
                     continue
                 if not body.arms[side].predictor.expect(both):
                     self._waiting[person, side] = library  # unless a newer one comes
@@ -211,13 +251,15 @@ class Learning:
     def _note(self, answer: Learnt | Explained) -> None:
         if isinstance(answer, Learnt):
             known = f"{answer.seen} reaches, KL {answer.divergence:.3f} a weight"
-            self.figures[f"{answer.person} {answer.task}"] = known
-            self._seen.add((answer.person, answer.task))
+            self._tell(answer.person, f"{answer.side} {answer.task}", known)
+            self._seen.add((answer.person, answer.side, answer.task))
             return
         found = answer.why
-        self.figures[f"{answer.person} {found.task} weights"] = (
+        self._tell(
+            answer.person,
+            f"{answer.side} {found.task} weights",
             " ".join(f"{value:.2f}" for value in found.alpha)
-            + f", {1e3 * found.before_m:.0f} -> {1e3 * found.after_m:.0f} mm"
+            + f", {1e3 * found.before_m:.0f} -> {1e3 * found.after_m:.0f} mm",
         )
 
     def close(self) -> None:

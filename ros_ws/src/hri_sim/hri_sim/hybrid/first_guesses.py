@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from hri_prediction.hybrid.config import HybridConfig
 from hri_prediction.hybrid.person import SeenReach
 from hri_prediction.hybrid.prior_path import (
     POINTS,
@@ -19,7 +18,6 @@ from hri_prediction.hybrid.prior_path import (
 )
 from hri_prediction.hybrid.task import PersonalTask, TaskKey, TaskRules
 from hri_prediction.hybrid.weight_process import WeightProcess, to_alpha
-from hri_prediction.prediction.config import PredictorConfig
 
 Array = NDArray[np.float64]
 
@@ -38,10 +36,11 @@ class Guess:
     task: PersonalTask
 
 
-def wide_rules(predictor: PredictorConfig, config: HybridConfig) -> TaskRules:
+def wide_rules(rules: TaskRules) -> TaskRules:
     """Rules of somebody who knows where the hand is, and nothing else."""
+    config = rules.config
     wide = replace(config, offset_sd=0.05, drift_sd=0.35, scale_sd=0.0, detour_sd=0.05)
-    return TaskRules(predictor, wide)
+    return TaskRules(rules.predictor, wide, rules.settings.costs)
 
 
 def other_guesses(
@@ -76,7 +75,7 @@ def other_guesses(
         optimal.path, phases=np.linspace(0.0, 1.0, len(mean)), values=_begun_at(mean, geometry)
     )
     key: TaskKey = optimal.key
-    wide = wide_rules(rules.predictor, rules.config)
+    wide = wide_rules(rules)
 
     def begun(by: TaskRules, path: PriorPath) -> Guess:
         return Guess(by, by.begin(key, optimal.alpha, geometry, path))

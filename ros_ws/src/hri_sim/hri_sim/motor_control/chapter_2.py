@@ -243,7 +243,7 @@ def models(
 
     Args:
         table: Of that person.
-        arm: The person's.
+        arm: The person's, as they were explained with.
         tick: Called with what is done, and how much there is.
         choices: Costs of each model.
     """

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import functools
 import hashlib
-from collections.abc import Callable
+import itertools
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,12 +19,20 @@ from hri_prediction.compiled import processor
 from hri_prediction.errors import DataError
 from hri_prediction.motor_control import design
 from hri_prediction.motor_control.analyses.table import ReachTable, load, table_of, together
+from hri_prediction.motor_control.arm_model import ArmModel
 from hri_prediction.motor_control.batch import Job, correlated, explain_job, prepare
 from hri_prediction.motor_control.convention import YAW_PITCH
 from hri_prediction.motor_control.costs import CHAPTER_2
 from hri_prediction.results.dependencies import dependency_hash
 from hri_prediction.results.workers import computed_with, do_all, versions
-from hri_sim.motor_control.people import Reacher, draw_people, measured_arm, record, see
+from hri_sim.motor_control.people import (
+    Reacher,
+    Recorded,
+    draw_people,
+    measured_arm,
+    record,
+    see,
+)
 
 Array = NDArray[np.float64]
 
@@ -91,13 +100,26 @@ def people_of(study: Study) -> list[Reacher]:
     return draw_people(study.people, rng, design.STARTS_12_DEG)
 
 
+def _recorded(study: Study, index: int) -> Iterator[Recorded]:
+    """What a person does, task by task."""
+    person = people_of(study)[index]
+    rng = np.random.default_rng([study.seed, study.people, index])
+    for task in study.tasks:
+        yield record(person, *task, rng, starts_deg=design.STARTS_12_DEG)
+
+
+def arm_as_measured(study: Study, index: int) -> ArmModel:
+    """The arm of a person as recordings have it: what their reaches are seen and explained with."""
+    first = itertools.islice(_recorded(study, index), _ARM_FROM)
+    return measured_arm(people_of(study)[index], list(first))
+
+
 def do_turn(turn: Turn) -> tuple[int, ReachTable]:
     """Let a person reach, see and explain it; the number of the person, and what came of it."""
     study = turn.study
     person = people_of(study)[turn.index]
-    rng = np.random.default_rng([study.seed, study.people, turn.index])
     tasks = study.tasks
-    recorded = [record(person, *task, rng, starts_deg=design.STARTS_12_DEG) for task in tasks]
+    recorded = list(_recorded(study, turn.index))
     arm = measured_arm(person, recorded[:_ARM_FROM])
     reaches = [see(each, arm) for each in recorded]
     outcomes = [

@@ -21,7 +21,7 @@ from hri_prediction.results.progress import ProgressLine
 from hri_sim.motor_control import chapter_2, chapter_3, study_pictures
 from hri_sim.motor_control.averaged import explain_means
 from hri_sim.motor_control.real_reaches import CONVENTION, SOURCE, by_task, explain_real
-from hri_sim.motor_control.study import PEOPLE, SMOKE, Study, carry_out, people_of
+from hri_sim.motor_control.study import PEOPLE, SMOKE, Study, arm_as_measured, carry_out
 from hri_sim.motor_control.study_report import report
 from hri_sim.policies.evaluation import finite
 
@@ -43,7 +43,7 @@ def of_chapter_2(
     whole = table.explained
     person = table.person[0]
     progress.say("models of two, three and four costs")
-    models = chapter_2.models(whole.of([person]), people_of(study)[0].arm, progress.count)
+    models = chapter_2.models(whole.of([person]), arm_as_measured(study, 0), progress.count)
     progress.say("discomfort")
     return {
         "not_explained": int((table.error != "").sum()),

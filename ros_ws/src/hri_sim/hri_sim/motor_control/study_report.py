@@ -307,7 +307,9 @@ def _chapter_3(content: Mapping[str, Any]) -> list[str]:
     return [
         "## The larger design (figure 3.5, table 3.3, figure 3.6)\n",
         f"The mean reach of all people for each of {errors['n']} tasks, explained by five costs; "
-        "p of paired tests beside the mix.\n",
+        "p of paired tests beside the mix. These tests, and those below, take tasks for independent, as "
+        "the thesis' do; all are of the same people and many of the same posture, so that p are smaller "
+        "than they should be.\n",
         markdown(("cost", "hand [cm]", "p", "joints [deg]", "p", "without T1 [deg]", "p"), rows),
         "![mean errors](motor_control/mean_errors.png)\n",
         "What weights depend on: F (p) of an analysis of variance of independent tasks, of the thesis "
