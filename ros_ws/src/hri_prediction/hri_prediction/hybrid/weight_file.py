@@ -50,12 +50,15 @@ def data_of_values(values: Any) -> WeightData:
     """
     try:
         names = tuple(map(str, values["costs"]))
-        arrays = [np.array(values[key], dtype=float) for key in ("inputs", "logs", "variance")]
-        if not len(arrays[0]):
+        inputs, logs, variance = (
+            np.array(values[key], dtype=float) for key in ("inputs", "logs", "variance")
+        )
+        if not len(inputs):
             return WeightData.none(names)
-        if len(arrays[0]) > MOST:
-            raise DataError(f"{len(arrays[0])} observed weights", expected=f"{MOST} at most")
-        return WeightData(names, *arrays, reaches=tuple(map(str, values.get("reaches", ()))))
+        if len(inputs) > MOST:
+            raise DataError(f"{len(inputs)} observed weights", expected=f"{MOST} at most")
+        reaches = tuple(map(str, values.get("reaches", ())))
+        return WeightData(names, inputs, logs, variance, reaches)
     except ConfigError as error:
         raise DataError(error.problem, expected=error.expected) from error
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:

@@ -182,9 +182,13 @@ class WeightData:
         """
         if other.names != self.names:
             raise DataError(f"weights of {', '.join(other.names)}", expected=", ".join(self.names))
-        pairs = ((getattr(self, k), getattr(other, k)) for k in ("inputs", "logs", "variance"))
-        both = (np.concatenate(pair) for pair in pairs)
-        return WeightData(self.names, *both, reaches=(*self.reaches, *other.reaches))
+        return WeightData(
+            self.names,
+            np.concatenate((self.inputs, other.inputs)),
+            np.concatenate((self.logs, other.logs)),
+            np.concatenate((self.variance, other.variance)),
+            (*self.reaches, *other.reaches),
+        )
 
     def where(self, rows: NDArray[np.bool_] | NDArray[np.intp]) -> WeightData:
         """Some of these: by a mask (N,), or numbers."""
