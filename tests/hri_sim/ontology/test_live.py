@@ -38,7 +38,6 @@ def test_times_count_from_the_end_of_the_movement() -> None:
         told(990, 3, newest_ms=985),  # before the end
         told(1005, 3, newest_ms=998),  # after it, but of samples before it
         told(1010, 7, first="b"),  # somebody else's
-        told(1015, 3, until_ms=980),  # of features before it
         told(1030, 2),
         told(1070, 3),
         told(1200, 3, end_ms=1000),
@@ -51,10 +50,31 @@ def test_times_count_from_the_end_of_the_movement() -> None:
     assert found.computed_ms == (5.0,)
     assert found.same == 0.0
     assert (found.right, found.class_right) == (1.0, 1.0)
+    assert found.lacking_ms == (0.0,)
     text = "\n".join(live_lines(live_summary(found)))
     assert "1 movements" in text
+    assert "not all of both arms" not in text
     assert "| 30.0 | 30.0 | 30.0 |" in text
     assert "of 100.0 % of them, met" in text
+
+
+def test_what_was_hidden_at_the_end_is_said() -> None:
+    """A case is told by what was seen; that it knows nothing of the end is said beside it."""
+    whole = [told(1030, 2), told(1200, 3, end_ms=1000)]
+    other = [
+        replace(each, onset_ns=1500 * MS)
+        for each in (
+            told(2020, 4, newest_ms=2005, until_ms=1926),
+            told(2060, 5, newest_ms=2045, until_ms=2040),
+            told(2200, 5, newest_ms=2195, end_ms=2000),
+        )
+    ]
+    found = figures_of([*whole, *other])
+    assert found.case_ms == (30.0, 20.0)
+    assert found.lacking_ms == (0.0, 74.0)
+    text = "\n".join(live_lines(live_summary(found)))
+    assert "At the end of 1 of them not all of both arms was seen" in text
+    assert "the last 74 ms at most" in text
 
 
 def test_what_was_never_told_before_counts_from_the_end_message() -> None:

@@ -49,8 +49,10 @@ class LiveFigures:
 
     Attributes:
         movements: How many.
-        case_ms: From the end of each to the next time that its case was told, of all instants until the end
-            (the last ones smoothed by what samples there were), as it looked by then [ms].
+        case_ms: From the end of each to the next time that its case was told, of samples until the end (the
+            last instants smoothed by what there were), as it looked by then [ms].
+        lacking_ms: For how long before the end not all of both arms had been seen by then [ms]; 0: for less
+            than an instant.
         known_ms: The same until what was told is what is told of the whole movement in the end [ms].
         complete_ms: From the end of each until it was certain that it was over, and told [ms].
         computed_ms: From the newest sample to that message [ms].
@@ -61,6 +63,7 @@ class LiveFigures:
 
     movements: int
     case_ms: tuple[float, ...]
+    lacking_ms: tuple[float, ...]
     known_ms: tuple[float, ...]
     complete_ms: tuple[float, ...]
     computed_ms: tuple[float, ...]
@@ -85,25 +88,26 @@ def figures_of(heard: Sequence[Heard]) -> LiveFigures:
     Args:
         heard: Of movements, in the order of time.
     """
-    case, known, complete, computed, same = [], [], [], [], []
+    case, lacking, known, complete, computed, same = [], [], [], [], [], []
     right, class_right = [], []
     for told in heard:
         if not told.complete:
             continue
         later = [
-            (one.at_ns, one.number)
+            one
             for one in heard
             if not one.complete
             and (one.first, one.onset_ns) == (told.first, told.onset_ns)
-            # What was told after the end of samples, or of features, before it knows nothing of the end.
+            # What was told after the end, of samples before it, knows nothing of the end.
             and one.newest_ns >= told.end_ns
-            and one.instant_ns > told.end_ns - STEP_NS
         ]
-        later.append((told.at_ns, told.number))
-        case.append((later[0][0] - told.end_ns) / 1e6)
-        settled_ns = next(ns for ns, number in later if number == told.number)
+        later.append(told)
+        case.append((later[0].at_ns - told.end_ns) / 1e6)
+        hidden_ns = told.end_ns - later[0].instant_ns
+        lacking.append(hidden_ns / 1e6 if hidden_ns >= STEP_NS else 0.0)
+        settled_ns = next(one.at_ns for one in later if one.number == told.number)
         known.append((settled_ns - told.end_ns) / 1e6)
-        soon = [number for ns, number in later if ns - told.end_ns <= WANTED_MS * 1e6]
+        soon = [one.number for one in later if one.at_ns - told.end_ns <= WANTED_MS * 1e6]
         same.append(bool(soon) and soon[-1] == told.number)
         complete.append((told.at_ns - told.end_ns) / 1e6)
         computed.append((told.at_ns - told.newest_ns) / 1e6)
@@ -111,7 +115,13 @@ def figures_of(heard: Sequence[Heard]) -> LiveFigures:
         class_right.append(group_of(told.number) == group_of(told.meant))
     shares = (float(np.mean(each)) if each else math.nan for each in (same, right, class_right))
     return LiveFigures(
-        len(case), tuple(case), tuple(known), tuple(complete), tuple(computed), *shares
+        len(case),
+        tuple(case),
+        tuple(lacking),
+        tuple(known),
+        tuple(complete),
+        tuple(computed),
+        *shares,
     )
 
 
@@ -128,6 +138,8 @@ def live_summary(found: LiveFigures) -> dict[str, float | int]:
     told["same_within_50_ms"] = round(found.same, 4)
     told["recognised"] = round(found.right, 4)
     told["class_recognised"] = round(found.class_right, 4)
+    told["hidden_at_the_end"] = sum(ms > 0.0 for ms in found.lacking_ms)
+    told["hidden_most_ms"] = round(max(found.lacking_ms), 2)
     told["told_within_50_ms"] = round(float(np.mean(np.array(found.case_ms) <= WANTED_MS)), 4)
     return told
 
@@ -137,17 +149,23 @@ def live_lines(told: dict[str, float | int]) -> list[str]:
     if not told:
         return ["### Live\n", "No movement was told of.\n"]
     names = {
-        "case": "the end of a movement, to its case by what was seen until then",
+        "case": "the end of a movement, to its case by what was seen until its end",
         "known": "the end of a movement, to the case that is told of it in the end",
         "complete": "the end of a movement, to its being over for certain, and told",
         "computed": "the newest sample, to that message",
     }
+    hidden = ""
+    if told["hidden_at_the_end"]:
+        hidden = (
+            f"At the end of {told['hidden_at_the_end']} of them not all of both arms was seen: what was "
+            f"told next knows nothing of the last {told['hidden_most_ms']:.0f} ms at most. "
+        )
     text = [
         "### Live\n",
         f"{told['movements']} movements of a dyad process at 250 Hz, watched by a monitor process that is "
         f"held to one core. Wanted: a case within {WANTED_MS:g} ms of the end: of "
         f"{100 * told['told_within_50_ms']:.1f} % of them, "
-        f"{'met' if told['case_most'] <= WANTED_MS else '**missed**'}. "
+        f"{'met' if told['case_most'] <= WANTED_MS else '**missed**'}. {hidden}"
         f"{100 * told['same_within_50_ms']:.0f} % were by then taken for what is told in the end. That was "
         f"the case that the two were in for {100 * told['recognised']:.0f} % of them, and its class of the "
         f"reduced ontology for {100 * told['class_recognised']:.0f} %.\n",
