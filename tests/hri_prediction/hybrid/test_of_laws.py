@@ -97,6 +97,6 @@ def test_laws_of_cut_reaches_say_nothing_and_are_not_taken(tmp_path: Any) -> Non
     }
     content = {"costs": list(CHAPTER_2), "reaches": [row] * 3, "laws": [law([[0.0] * 3] * 2)]}
     path = tmp_path / "results.json"
-    for whole, what in ((True, "2 reaches by the laws of 1 arms"), (False, "3 reaches")):
+    for whole, what in ((True, "2 reaches by the laws of 1 arms"), (False, "3 single reaches")):
         path.write_text(json.dumps({**content, "whole": whole}))
         assert read_results(path).what == what

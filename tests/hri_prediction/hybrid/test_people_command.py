@@ -13,6 +13,7 @@ from hri_prediction.hybrid import fit_command, people_command
 from hri_prediction.hybrid.store import PERSON_FILE, PeopleStore
 from hri_prediction.hybrid.task import TaskKey
 from hri_prediction.hybrid.weight_file import load_process
+from hri_prediction.hybrid.weight_process import WeightData
 
 NEAR = TaskKey("right", "rest", "near")
 
@@ -27,6 +28,24 @@ def folder(person, rest, rng, tmp_path):
 
 def run(*words):
     return people_command.main([str(word) for word in words])
+
+
+def test_what_explains_a_person_is_shown(person, folder, capsys):
+    own = WeightData.of(
+        person.weights.names,
+        np.array([[0.2, 0.1, 0.3]]),
+        np.array([[0.1, 1.0, 0.4]]),
+        [[0.1, 0.2, 0.6, 0.1]],
+        0.05**2 * np.eye(4)[None],
+    )
+    store = PeopleStore(folder)
+    store.save("ann", [person.tasks[NEAR]], own.of_reach(NEAR.file))
+    assert run("show", "ann", "--folder", folder) == 0
+    words = capsys.readouterr().out
+    assert "mean paths explained: 1" in words
+    assert "duration [s]" in words
+    assert all(name in words for name in ("hand_jerk", "energy", "right_near_from_rest"))
+    assert "0.60" in words
 
 
 def test_people_are_listed_shown_moved_and_deleted(folder, capsys):

@@ -22,7 +22,7 @@ from hri_prediction.motor_control.seen import (
     to_recording,
 )
 from hri_prediction.tracks.files import save_tracks
-from hri_prediction.tracks.segmentation import SegmentationConfig
+from hri_prediction.tracks.segmentation import SegmentationConfig, find_reaches
 from hri_prediction.tracks.track import ArmTrack
 
 
@@ -165,6 +165,22 @@ def test_laws_of_whole_reaches_count_repetitions_once(solver, rng, tmp_path, cap
     assert "4 different reaches, a law needs 8" in (out / "results.md").read_text()
 
 
+@pytest.mark.parametrize("where", [0.2, 0.35, 0.5, 0.65])
+@pytest.mark.parametrize("gap_s", [0.15, 0.3])
+def test_what_is_left_of_a_reach_after_a_gap_is_none(solver, rng, where, gap_s):
+    """The speed is known again soon after it, as if the hand had set out there."""
+    track, onset, end = recorded(solver, 3, rng)
+    hidden = np.abs(track.time_s - onset - where * (end - onset)) < 0.5 * gap_s
+    points = np.where(hidden[:, None, None], np.nan, track.keypoints)
+    gapped = replace(track, keypoints=points)
+    arm = arm_of([track])
+    found = find_reaches(gapped.time_s, gapped.keypoints[:, 2])
+    assert found
+    for reach in found:
+        with pytest.raises(DataError, match=r"was not seen|seen together"):
+            observe(gapped, reach.onset_s, reach.end_s, arm, facing_rad=0.5 * np.pi)
+
+
 @pytest.mark.parametrize(("part", "word"), [((0.0, 0.5), "ends"), ((0.5, 1.0), "begins")])
 def test_half_a_reach_is_none(solver, rng, part, word):
     """As where markers were lost in its middle: what is left would pass for a reach of its own."""
@@ -226,11 +242,16 @@ def test_command_line(solver, rng, tmp_path, capsys):
     assert "composite" in (out / "results.md").read_text()
     assert len((out / "reaches.jsonl").read_text().splitlines()) == 4
     capsys.readouterr()
-    assert main([*arguments, "--average"]) == 0
+    assert main([*arguments, "--average"]) == 1
+    assert "results with other average" in capsys.readouterr().err
+    assert main([*arguments, "--average", "--overwrite"]) == 0
     results = json.loads((out / "results.json").read_text())
     assert [row["name"] for row in results["reaches"]] == ["ann right task0", "ann right task40"]
     assert len((out / "reaches.jsonl").read_text().splitlines()) == 6  # what was there is kept
-    capsys.readouterr()
+    assert "hand [cm]" in capsys.readouterr().out  # no markup of the terminal
+    (out / "results.json").write_text("[]")
+    assert main(arguments) == 1
+    assert "no result of this command" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

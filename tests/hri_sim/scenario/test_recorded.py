@@ -1,5 +1,7 @@
 """Scenarios around a recorded person: reaches at their own times of the recording, drawn to collide."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -28,6 +30,19 @@ def test_reaches_begin_at_their_times_of_the_recording() -> None:
     assert scenario.reaches[0].person_target == "recorded"
     assert all(reach.person_target is None for reach in scenario.reaches[1:])
     assert scenario == recorded_scenario(track(2.0 * CYCLE_S + 1.0), 3)
+
+
+def test_the_persons_target_is_where_the_first_reach_ends() -> None:
+    """It is what a predictor that learns the person is told of."""
+    swing = track(4.0)
+    rested = np.clip(swing.time_s, 0.5, 1.5)  # from one side to the other between two rests
+    points = np.stack(
+        [np.interp(rested, swing.time_s, column) for column in swing.keypoints.reshape(-1, 12).T]
+    )
+    reach = dataclasses.replace(swing, keypoints=points.T.reshape(-1, 4, 3))
+    scenario = recorded_scenario(reach, 3)
+    assert scenario.targets["recorded"] == pytest.approx(reach.keypoints[-1, 3], abs=0.01)
+    assert scenario.persons[0].home == pytest.approx(reach.keypoints[0, 3], abs=0.01)
 
 
 def test_a_short_recording_has_one_reach() -> None:

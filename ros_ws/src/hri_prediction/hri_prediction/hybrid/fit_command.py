@@ -76,7 +76,7 @@ def read_results(path: Path) -> Explained:
         arms = [str(row.get("person", "")) for row in rows if says_something(row)]
         person = tuple(map(whose, arms)) if all(arms) else ()
         cut = not values.get("whole")
-        return Explained(data, f"{len(data)} reaches", person=person, cut=cut)
+        return Explained(data, f"{len(data)} single reaches", person=person, cut=cut)
     except (HriError, TypeError) as error:
         raise DataError(f"{path}: {error}") from error
 

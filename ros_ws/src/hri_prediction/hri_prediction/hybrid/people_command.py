@@ -8,9 +8,11 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from hri_prediction.hybrid.store import PeopleStore
+from hri_prediction.hybrid.weight_process import to_alpha
 from hri_prediction.results.options import run_app
 
 DEFAULT_FOLDER = Path("runs/people")
@@ -48,11 +50,11 @@ def list_people(folder: Folder = DEFAULT_FOLDER) -> None:
 def show(
     name: Annotated[str, typer.Argument(help="Of a person.")], folder: Folder = DEFAULT_FOLDER
 ) -> None:
-    """Show how many reaches of each task were seen of a person, and whether they have settled."""
+    """Show the reaches of each task that were seen of a person, and which weights of costs explain them."""
     store = PeopleStore(folder)
     store.folder_of(name)
     tasks, own = store.load(name)
-    table = Table("task", "arm", "reaches", "duration [s]", "KL a weight")
+    table = Table("task", "arm", "reaches", escape("duration [s]"), "KL a weight")
     for task in tasks:
         durations = task.durations_s
         mean = f"{durations.mean():.2f}" if len(durations) else "–"
@@ -61,6 +63,13 @@ def show(
     Console().print(table)
     explained = len(own) if own is not None else 0
     print(f"mean paths explained: {explained}")
+    if own is None:
+        return
+    weights = Table("explained", *own.names)
+    for name, alpha in zip(own.reaches, to_alpha(own.logs, own.names), strict=True):
+        what = name.removesuffix(".npz") or "not known which"
+        weights.add_row(what, *(f"{share:.2f}" for share in alpha))
+    Console().print(weights)
 
 
 @app.command()

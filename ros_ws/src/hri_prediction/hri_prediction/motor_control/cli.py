@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from hri_prediction.errors import ConfigError, DataError, HriError
@@ -30,18 +31,21 @@ from hri_prediction.motor_control.costs import (
     shares,
 )
 from hri_prediction.motor_control.law import FEATURES, WeightLaw
-from hri_prediction.motor_control.person_laws import fit_person_laws, law_lines
+from hri_prediction.motor_control.person_laws import LEAST_REACHES, fit_person_laws, law_lines
 from hri_prediction.motor_control.results_table import HEAD, draw, markdown, summary_rows
 from hri_prediction.motor_control.scaling import MAXIMUM, SCALINGS
 from hri_prediction.results.options import Scheduler, Workers, make_folders, resumable, run_app
 from hri_prediction.results.origin import available_cores, origin_line, results_origin
 from hri_prediction.results.progress import ProgressLine
+from hri_prediction.results.used import check_used
 from hri_prediction.tracks.segmentation import SegmentationConfig
 
 REACHES, RESULTS, REPORT, PICTURE = "reaches.jsonl", "results.json", "results.md", "results.png"
 LAWS = "laws"
 """Folder of the laws that were found, a file an arm."""
 _SMOKE_REACHES = 3
+_SHOWN = 5
+"""Lines of a kind that are printed; the report has all."""
 MUCH_AT_LIMITS = 0.05
 """Share of a reach's samples at a limit of a joint, from which on the report says so."""
 
@@ -148,7 +152,7 @@ def uncertain_line(whole: bool) -> str:
     )
     return (
         f"Weights of single reaches are less sure than that: {why} (docs/motor_control.md). Distances "
-        "are not touched by it; --law --whole finds weights that are."
+        "are not touched by it."
     )
 
 
@@ -229,13 +233,17 @@ def fit_ioc(
         typer.Option(
             "--law",
             help="Besides, fit one law of weights by posture to all reaches of each arm: known much better "
-            "than the weights of one reach, with --whole and without --average.",
+            f"than the weights of one reach, with --whole and without --average. It needs {LEAST_REACHES} "
+            "different reaches of an arm.",
         ),
     ] = False,
     workers: Workers = None,
     scheduler: Scheduler = None,
     smoke: Annotated[
         bool, typer.Option("--smoke", help=f"The first {_SMOKE_REACHES} reaches only.")
+    ] = False,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace what --out holds of other options.")
     ] = False,
 ) -> None:
     """Find which mix of optimal-control costs explains each of recorded reaches, how well and how surely.
@@ -261,6 +269,20 @@ def fit_ioc(
             raise ConfigError(
                 f"--convention {convention}", expected="one of " + ", ".join(CONVENTIONS)
             )
+        settings = {
+            "files": [str(file) for file in files],
+            "costs": list(names),
+            "scaling": scaling,
+            "convention": convention,
+            "average": average,
+            "whole": whole,
+            "law": law,
+            "facing": facing,
+            "height_m": height,
+            "mass_kg": mass,
+            "smoke": smoke,
+        }
+        check_used(out, (RESULTS, REPORT, PICTURE), settings, overwrite=overwrite)
         make_folders(out=out)
         origin = results_origin()
         with resumable(console, out), ProgressLine(console) as progress:
@@ -313,18 +335,6 @@ def fit_ioc(
                     scheduler=scheduler,
                     progress=progress.count,
                 )
-        settings = {
-            "files": [str(file) for file in files],
-            "costs": list(names),
-            "scaling": scaling,
-            "convention": convention,
-            "average": average,
-            "whole": whole,
-            "facing": facing,
-            "height_m": height,
-            "mass_kg": mass,
-            "smoke": smoke,
-        }
         write_results(out, outcomes, reaches, skipped, settings, origin, laws)
     except HriError as error:
         print(f"error: {error}", file=sys.stderr)
@@ -334,20 +344,25 @@ def fit_ioc(
         print(f"error: {where}: {error.strerror or error}", file=sys.stderr)
         raise typer.Exit(1) from error
     failed = [each for each in outcomes if each.error]
-    table = Table(*HEAD, title=f"{len(outcomes) - len(failed)} reaches")
+    table = Table(*map(escape, HEAD), title=f"{len(outcomes) - len(failed)} reaches")
     for row in summary_rows(outcomes, names):
         table.add_row(*row)
     console.print(table)
     console.print(uncertain_line(whole), highlight=False)
+    if not (law and whole):
+        console.print("--law --whole finds weights that are surer.", highlight=False)
     for one in laws[0] if laws is not None else ():
         console.print(
             f"law of {one['person']}: {one['reaches']} reaches, {one['rms_cm']:.2f} cm",
             highlight=False,
         )
-    if laws is not None:
-        skipped = [*skipped, *laws[1]]
-    for line in [*(f"{each.name}: {each.error}" for each in failed), *skipped][:5]:
-        console.print(f"left out: {line}", markup=False, highlight=False)
+    no_law = [f"no law of {line}" for line in (laws[1] if laws is not None else ())]
+    left_out = [*(f"{each.name}: {each.error}" for each in failed), *skipped]
+    for lines in (no_law, [f"left out: {line}" for line in left_out]):
+        for line in lines[:_SHOWN]:
+            console.print(line, markup=False, highlight=False)
+        if len(lines) > _SHOWN:
+            console.print(f"and {len(lines) - _SHOWN} more like that, in {REPORT}", highlight=False)
     console.print(f"results: {out / REPORT}, {out / PICTURE}", highlight=False, soft_wrap=True)
     if len(failed) == len(outcomes):
         raise typer.Exit(1)

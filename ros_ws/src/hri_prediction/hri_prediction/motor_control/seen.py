@@ -41,8 +41,12 @@ MAX_GAP_S = 0.1
 """The longest gap in a recording that is bridged."""
 _IN_FLIGHT = 0.5
 """A hand that is faster than that share of its peak where a reach begins may be in the middle of one."""
-_SEEN_S = 0.05
-"""It is, where nothing was seen for so long before."""
+_SEEN_S = 0.1
+"""It is, where nothing was seen for so long before; speeds are known half as long after what is first."""
+_AFTER_GAP = 0.1
+"""Likewise where more was seen before a gap: that the hand had set out then is certain."""
+_LOOK_S = 1.0
+"""So far beyond a reach a gap is looked for [s]."""
 _ALIKE_M = 0.2
 """Repetitions begin and end within this distance from the mean of all."""
 _DEGREE = 5
@@ -162,7 +166,7 @@ def observe(
     begin, finish = onset_s, end_s
     if trim:
         begin, finish = _fast_part(spline, arm, onset_s, end_s)
-        _check_whole(spline, arm, times, (onset_s, end_s), what)
+        _check_whole(spline, arm, track, (onset_s, end_s), what)
     count = max(round((finish - begin) * rate) + 1, 10)
     at = np.linspace(begin, finish, count)
     smooth = np.clip(spline(at), limits.lower, limits.upper)
@@ -210,21 +214,27 @@ def smoothing_spline(times: Array, values: Array, knot_s: float = KNOT_S) -> BSp
 
 
 def _check_whole(
-    spline: BSpline, arm: ArmModel, times: Array, ends: tuple[float, float], what: str
+    spline: BSpline, arm: ArmModel, track: ArmTrack, ends: tuple[float, float], what: str
 ) -> None:
     """Refuse a reach whose begin or end was not seen: what is left would pass for a whole one.
 
     Raises:
         DataError: the hand is fast there, and nothing was seen on the other side.
     """
+    around, _ = seen_between(track, ends[0] - _LOOK_S, ends[1] + _LOOK_S)
+    middle = int(np.searchsorted(around, 0.5 * sum(ends)))
+    gaps = np.diff(around) > MAX_GAP_S
+    before, after = np.flatnonzero(gaps[:middle]), np.flatnonzero(gaps[middle:])
+    first = around[before[-1] + 1] if len(before) else around[0]
+    last = around[middle + after[0]] if len(after) else around[-1]
     at = np.linspace(*ends, 400)
     speed = np.linalg.norm(np.gradient(hand(spline(at), arm), at, axis=0), axis=1)
-    onset_s, end_s = ends
-    before = (times < onset_s - 1e-9) & (times > onset_s - _SEEN_S)
-    after = (times > end_s + 1e-9) & (times < end_s + _SEEN_S)
-    for name, fast, beyond in (("begins", speed[0], before), ("ends", speed[-1], after)):
+    for name, fast, seen_s, gap in (
+        ("begins", speed[0], ends[0] - first, len(before)),
+        ("ends", speed[-1], last - ends[1], len(after)),
+    ):
         share = fast / speed.max()
-        if share > _IN_FLIGHT and not beyond.any():
+        if seen_s < _SEEN_S and share > (_AFTER_GAP if gap else _IN_FLIGHT):
             raise DataError(
                 f"{what} {name} with {share:.0%} of its peak speed: the rest was not seen",
                 expected="a reach from rest to rest",

@@ -258,7 +258,10 @@ class Learning:
         self._tell(
             answer.person,
             f"{answer.side} {found.task} weights",
-            " ".join(f"{value:.2f}" for value in found.alpha)
+            " ".join(
+                f"{name} {value:.2f}"
+                for name, value in zip(found.data.names, found.alpha, strict=True)
+            )
             + f", {1e3 * found.before_m:.0f} -> {1e3 * found.after_m:.0f} mm",
         )
 

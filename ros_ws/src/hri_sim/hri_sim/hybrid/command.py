@@ -16,6 +16,7 @@ import typer
 from rich.console import Console
 
 from hri_prediction.errors import HriError
+from hri_prediction.extras import check_scikit_learn
 from hri_prediction.hybrid.body import CONVENTION
 from hri_prediction.hybrid.weight_file import load_process, shipped_hash
 from hri_prediction.motor_control.batch import prepare
@@ -200,6 +201,7 @@ def reproduce_hybrid(
     console = Console()
     out = out or (SMOKE_RESULTS if smoke else RESULTS)
     extent = SMOKE if smoke else FULL
+    check_scikit_learn()
     make_folders(out=out, runs=runs)
     (out / PICTURES).mkdir(exist_ok=True)
     origin = results_origin()

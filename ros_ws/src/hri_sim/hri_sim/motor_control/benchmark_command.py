@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from hri_prediction.errors import HriError
@@ -188,7 +189,8 @@ def report(results: dict[str, Any]) -> str:
         "",
         f"With its scale factors, which are optima of the same reach, a solve takes "
         f"{results['ocp']['whole_median_ms']:.1f} ms (median). In a new process, once the model is "
-        f"compiled, the first one comes {new['first_s']:.2f} s after {new['import_s']:.1f} s of imports, "
+        f"compiled, the first one comes {new['first_s']:.2f} s after {new['import_s']:.1f} s of imports "
+        "(where this checkout had not used kernels before, they are compiled meanwhile), "
         f"another after {new['next_ms']:.1f} ms more.",
         "",
         f"Multiple shooting takes {results['ocp']['multiple_shooting_median_ms'] / 1e3:.1f} s (median; "
@@ -260,7 +262,7 @@ def benchmark(
     except OSError as error:
         print(f"error: cannot write to {out}: {error.strerror or error}", file=sys.stderr)
         raise typer.Exit(1) from error
-    table = Table(*HEAD)
+    table = Table(*map(escape, HEAD))
     found = bars(results)
     for row in found:
         table.add_row(*row)

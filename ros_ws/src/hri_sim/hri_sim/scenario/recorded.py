@@ -15,6 +15,7 @@ import numpy as np
 from hri_planner.robot import load_robot
 from hri_prediction.arm.geometry import ArmRadii, FloatArray
 from hri_prediction.errors import DataError, PlanningError
+from hri_prediction.tracks.segmentation import find_reaches
 from hri_prediction.tracks.track import ArmTrack
 from hri_sim.scenario.conditions import ROBOT_ABS_Y, ROBOT_DURATION_S, ROBOT_X, ROBOT_Z
 from hri_sim.scenario.examination import RobotPart, clearance_series, robot_part
@@ -69,6 +70,16 @@ def recorded_person(track: ArmTrack, body_id: str = "person1") -> PersonSpec:
     )
 
 
+def _reached(track: ArmTrack) -> Vector3:
+    """Where the tip of the hand is at the end of the first reach; without one, where it is seen last."""
+    seen = np.flatnonzero(np.isfinite(track.keypoints[:, 3]).all(axis=1))
+    reaches = find_reaches(track.time_s, track.keypoints[:, 2])
+    row = seen[-1]
+    if reaches:
+        row = seen[np.abs(track.time_s[seen] - reaches[0].end_s).argmin()]
+    return _vector(track.keypoints[row, 3])
+
+
 def recorded_scenario(track: ArmTrack, seed: int, reaches: int | None = None) -> Scenario:
     """Draw the robot's part of a scene in which a recording is replayed.
 
@@ -99,7 +110,7 @@ def recorded_scenario(track: ArmTrack, seed: int, reaches: int | None = None) ->
             hint="place the person differently (--place X,Y,Z,YAW), or give a --scenario",
         )
     targets = {f"robot_{i + 1}": goal for i, goal in enumerate(best.goals)}
-    targets["recorded"] = person.home
+    targets["recorded"] = _reached(track)
     specs = [
         ReachSpec(
             robot_target=f"robot_{i + 1}",
