@@ -278,6 +278,33 @@ def test_bodies_that_come_and_go(people: tuple[Graph, Someone]) -> None:
     assert graph.messages(FEATURES)[-1].second == "c"
 
 
+def test_others_are_watched_when_a_source_has_ended(people: tuple[Graph, Someone]) -> None:
+    """Its bodies stay listed, as nobody knows who is there; two who are seen are watched meanwhile."""
+    graph, someone = people
+    someone.seen = ("a", "b", "c")
+    someone.tell("a", "b", "c")
+    graph.run(1.0)
+    assert health(graph)[0] == "watching a and b"
+    someone.seen = ("b", "c")
+    graph.run(1.5)
+    assert health(graph)[0].startswith("a was last seen 1.")
+    graph.run(1.5)
+    assert health(graph)[0] == "watching b and c"
+    assert set(graph.messages(FEATURES)[-1].first + graph.messages(FEATURES)[-1].second) == {
+        "b",
+        "c",
+    }
+    # With one alone there is nobody else to watch.
+    someone.seen = ("b",)
+    graph.run(3.0)
+    assert health(graph)[0].startswith("c was last seen ")
+    # Whoever is listed and seen again can be.
+    someone.seen = ("a", "b")
+    someone.tell("a", "b", "c")
+    graph.run(3.0)
+    assert health(graph)[0] == "watching a and b"
+
+
 def test_arms_that_are_hidden_are_named(people: tuple[Graph, Someone]) -> None:
     """Samples go on coming, and say that nothing is seen."""
     graph, someone = people

@@ -88,6 +88,18 @@ def test_one_of_two_sources_dies(dies: str) -> None:
     assert cell.ids == {"ann", "bob"}
 
 
+def test_who_is_on_a_list_that_is_said_is_known_apart() -> None:
+    lists = TrackedLists()
+    lists.heard(1, ["a", "b"], 0)
+    lists.heard(2, ["c"], 0)
+    lists.heard(1, ["a", "b"], 1)
+    assert lists.said == {"a", "b", "c"}
+    for ms in range(40, 400, 40):
+        lists.heard(2, ["c"], ms * 1_000_000)
+    assert lists.ids == ("a", "b", "c")
+    assert lists.said == {"c"}
+
+
 def test_a_source_of_nobody_that_dies_is_missed_too() -> None:
     cell = two()
     cell.say("b")

@@ -29,5 +29,5 @@ def test_a_third_does_not_take_the_place_of_those_who_are_watched() -> None:
 def test_who_is_asked_for_is_watched_or_missed() -> None:
     assert choose_pair(["a", "b", "c"], ("c", "a")).bodies == ("c", "a")
     assert choose_pair(["a", "b", "c"], ("c", "a")).besides == ""
-    assert choose_pair(["a", "b"], ("c", "a")).reason == "c is not tracked"
+    assert choose_pair(["a", "b"], ("c", "a")).reason == "c is not tracked; who is: a, b"
     assert choose_pair([], ("c", "a")).reason == "c and a are not tracked"

@@ -162,6 +162,25 @@ def test_what_it_looks_like_by_its_end_is_nearly_what_it_was() -> None:
         np.testing.assert_allclose(so_far[segment.agent, last], segment.features, atol=2e-3)
 
 
+def test_rest_after_a_movement_is_no_part_of_it() -> None:
+    """That it is over is certain 0.2 s later only."""
+    watch = DyadWatch()
+    last: dict[int, tuple[int, np.ndarray]] = {}
+    found = []
+    for agent, sample in merged((A, B)):
+        for who in (0, 1):
+            running = watch.running(who)
+            if running is not None:
+                last[who] = running
+        for segment in watch.push(agent, sample):
+            until_ns, features = last[segment.agent]
+            assert until_ns > segment.end_ns + 0.1e9
+            assert segment.features is not None
+            np.testing.assert_allclose(features, segment.features, atol=2e-3)
+            found.append(segment)
+    assert len(found) == 3
+
+
 def test_who_is_not_seen_is_not_waited_for() -> None:
     gone = dataclasses.replace(
         B, keypoints=np.where(B.time_s[:, None, None] < 0.6, B.keypoints, np.nan)

@@ -140,6 +140,13 @@ class TrackedLists:
         )
 
     @property
+    def said(self) -> frozenset[str]:
+        """Who is on a list that is still said."""
+        return frozenset(
+            body_id for each in self._lists.values() if not each.lost for body_id in each.ids
+        )
+
+    @property
     def pending(self) -> bool:
         """Whether one of the lists may just have been changed into another."""
         newest = max((each.first for each in self._lists.values() if each.free), default=0)

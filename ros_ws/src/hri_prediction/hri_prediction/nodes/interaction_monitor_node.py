@@ -39,6 +39,9 @@ TELL_NS = NANO // 25
 """Features, and what it looks like so far, are told so often."""
 SILENT_S = 0.5
 """A body that is not seen for so long is named."""
+GONE_S = 2.0
+"""Others are watched, if there are two, instead of a body that is not seen for so long and that nothing
+lists any more: its source has ended."""
 
 
 @dataclass(frozen=True)
@@ -89,6 +92,7 @@ class InteractionMonitorNode(HriNode):
         self._lists = TrackedLists()
         self._told_lists = False
         self._pair = Pair(None, "no source has said who is tracked")
+        self._gone: frozenset[str] = frozenset()
         self._newest_ns = [0, 0]
         self._seen_ns = np.zeros((len(AGENTS), len(KEYPOINTS)), dtype=np.int64)
         self._unwatched: set[tuple[str, str]] = set()
@@ -118,7 +122,9 @@ class InteractionMonitorNode(HriNode):
             if not valid_body_id(body):
                 self.fault("bodies", f"body {body!r} is not watched: its name is no part of topics")
         known = [body for body in ids if valid_body_id(body)]
-        self._pair = choose_pair(known, self._config.pair, before)
+        present = [body for body in known if body not in self._gone]
+        enough = len(present) > 1 and not self._config.pair
+        self._pair = choose_pair(present if enough else known, self._config.pair, before)
         if self._pair.besides:
             self.fault("bodies", self._pair.besides)
         if self._pair.bodies == before:
@@ -129,6 +135,13 @@ class InteractionMonitorNode(HriNode):
         self._restart("other bodies are watched now", before)
         for body in sorted(new - old):
             self.listen(HumanArm, _ARM_TOPIC.format(body), self._on_arm, SENSOR)
+
+    def _who_is_gone(self, now_ns: int) -> frozenset[str]:
+        """Bodies whose source has ended: nothing says them, and they are not seen."""
+        watched = zip(self._pair.bodies or (), self._newest_ns, strict=False)
+        silent = {body for body, ns in watched if ns and now_ns - ns > GONE_S * NANO}
+        gone = self._gone | silent
+        return gone - self._lists.said if gone else gone
 
     def _restart(self, reason: str, bodies: tuple[str, str] | None) -> None:
         """Begin anew; movements that were under way, or not told of yet, are refused."""
@@ -204,6 +217,9 @@ class InteractionMonitorNode(HriNode):
     def on_tick(self, now_ns: int) -> None:
         """Tell features, and what movements look like so far, 25 times a second; what ends, each time."""
         self._lists.look(now_ns)
+        gone = self._who_is_gone(now_ns)
+        self._told_lists |= gone != self._gone
+        self._gone = gone
         if self._told_lists and not self._lists.pending:  # else one who is listed may have left
             self._choose()
         if self._next_ns - now_ns > NANO:  # the clock went back

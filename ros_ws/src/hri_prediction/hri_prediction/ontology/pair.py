@@ -34,9 +34,9 @@ def choose_pair(
     if wanted:
         missing = [name for name in wanted if name not in tracked]
         if missing:
-            return Pair(
-                None, f"{' and '.join(missing)} {'is' if len(missing) == 1 else 'are'} not tracked"
-            )
+            verb = "is" if len(missing) == 1 else "are"
+            there = f"; who is: {', '.join(sorted(tracked))}" if tracked else ""
+            return Pair(None, f"{' and '.join(missing)} {verb} not tracked{there}")
         return Pair((wanted[0], wanted[1]))
     if len(tracked) < 2:
         who = f"only {tracked[0]} is" if tracked else "nobody is"

@@ -96,15 +96,32 @@ def read_sessions(path: str | Path) -> list[RecordedSession]:
     entries = content.get("sessions") if isinstance(content, dict) else None
     if not isinstance(entries, list) or not entries:
         raise DataError(f"{file} lists no sessions", expected=_EXPECTED)
-    found = []
+    found: list[RecordedSession] = []
     for number, entry in enumerate(entries, start=1):
         try:
-            found.append(_session(entry, file.parent))
+            session = _session(entry, file.parent)
+            _check_new(session, found)
+            found.append(session)
         except HriError as error:
             raise DataError(
                 f"{file}: session {number}: {error.problem}", expected=error.expected
             ) from error
     return found
+
+
+def _check_new(session: RecordedSession, before: Sequence[RecordedSession]) -> None:
+    """Refuse what is listed twice: whatever is left out of training would be learnt all the same.
+
+    Raises:
+        DataError: naming the other one.
+    """
+    for number, other in enumerate(before, start=1):
+        same = other.bag.resolve() == session.bag.resolve() and other.side == session.side
+        if same and set(other.bodies) == set(session.bodies):
+            raise DataError(
+                f"{session.bag} is that of session {number} too",
+                expected="each recording of two people once",
+            )
 
 
 def _session(entry: Any, folder: Path) -> RecordedSession:

@@ -304,7 +304,8 @@ class DyadWatch:
         """What is known so far of the segment that is under way; none without one.
 
         The last instants are smoothed by what samples there are: what it looks like does not wait for those
-        that smoothing asks for, which the features of a segment that is over have.
+        that smoothing asks for, which the features of a segment that is over have. A wrist that is slow may
+        be at rest already, which would be no part of the segment: from there on nothing counts.
 
         Returns:
             The last instant at which both arms are seen [ns], and mean features until then (25,) [m].
@@ -321,8 +322,12 @@ class DyadWatch:
         seen = np.flatnonzero(np.isfinite(rows).all(axis=1))
         if not len(seen):
             return None
-        last = max(self._next - 1, self._reached()) - (len(rows) - 1 - int(seen[-1]))
-        return self._ns(last * self.config.step), rows[seen].mean(axis=0)
+        first = max(self._next - 1, self._reached()) - (len(rows) - 1)
+        at_s = (first + seen) * self.config.step
+        moved = at_s <= self._agents[agent].segmenter.rest_s + ROUNDING_S
+        if moved.any():
+            return self._ns(float(at_s[-1])), rows[seen[moved]].mean(axis=0)
+        return self._ns(float(at_s[-1])), rows[seen].mean(axis=0)
 
     def trouble(self, agent: int) -> str:
         """Why nothing is found in samples that come as those of an agent do; empty where something is."""

@@ -125,6 +125,11 @@ class ReachSegmenter:
         return self._period.period_s
 
     @property
+    def rest_s(self) -> float:
+        """Since when a reach that is under way may be over, as it is slow [s]; infinite: it is not."""
+        return math.inf if self._below is None or not self.moving else self._below
+
+    @property
     def slowing(self) -> bool:
         """Whether a reach is under way that is slower by half than it has been, or slow anyway.
 
