@@ -44,6 +44,7 @@ OWN = "kept results, which the program that reads them has written"
 NOT_FUZZED = {
     "hri_prediction.evaluation.run": OWN,
     "hri_prediction.motor_control.analyses.table": OWN,
+    "hri_prediction.results.used": "whether settings are those of now: a comparison on top of the JSON",
     "hri_sim.launch.adapt": "a value on the command line, read as all YAML is",
     "hri_sim.launch.draw": "the summary of a run: a check of three lines on top of the JSON",
     "hri_sim.ontology.layout_file": "the file that ships",
