@@ -18,7 +18,7 @@ from hri_planner.pibb.experiment_file import find_experiment, load_experiment
 from hri_planner.pibb.storage import load_session
 from hri_planner.robot.model import load_robot
 from hri_prediction.errors import ConfigError
-from hri_prediction.ros.messages import AdaptationStatus, GoalGuess, LoadModel, ReachTarget
+from hri_prediction.ros.messages import AdaptationStatus, GoalGuess, LoadModel, ReachTarget, Reset
 from hri_prediction.ros.qos import reliable
 from hri_prediction.ros.time import seconds_to_ns, to_time
 from hri_sim.launch.adaptation import AdaptationOptions
@@ -235,6 +235,20 @@ def test_an_observer_that_hears_of_a_trial_late_watches_the_rest_of_it(tmp_path:
         observer.listen(AdaptationStatus, "adaptation/status", observer._on_status, reliable(10))
         graph.run_until(after(1, graph), 20.0)
         assert not adaptation(graph).faults
+
+
+def test_an_observer_who_was_misled_before_a_trial_withdraws_the_hand(tmp_path: Path) -> None:
+    """A simulator that is started again puts the robot back, which looks like the motion of a trial."""
+    with adaptation_graph(options(tmp_path)) as graph:
+        node = adaptation(graph)
+        graph.run_until(after(1, graph), 20.0)
+        until(graph, AdaptationStatus.RETURNING)
+        graph.run(0.3)
+        assert graph.call(Reset, "simulator/reset", Reset.Request(seed=3)).success
+        waits = "a hand is at a target: the trial begins when it is withdrawn"
+        graph.run_until(lambda: node.health()[1] == waits, 10.0)
+        graph.run_until(after(2, graph), 20.0)
+        assert node._aborted == 0
 
 
 def test_answers_that_do_not_count(tmp_path: Path) -> None:

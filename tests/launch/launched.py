@@ -18,6 +18,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
 from hri_prediction.ros.qos import SENSOR
+from hri_sim.launch.folder import LOGS
 
 NODES = (
     "simulator", "person", "predictor", "ptomp", "policy", "recorder", "adaptation", "observer",
@@ -70,8 +71,15 @@ class Launched:
         end = time.monotonic() + timeout_s
         while not done():
             assert self.process.poll() is None, self.text
-            assert time.monotonic() < end, self.text
+            assert time.monotonic() < end, f"{self.text}\n{self.logged()}"
             time.sleep(0.02)
+
+    def logged(self, lines: int = 8) -> str:
+        """What each of its nodes has said last."""
+        logs = sorted(self.out.rglob(f"{LOGS}/*.log"))
+        return "\n".join(
+            "\n".join((f"--- {log.stem}", *log.read_text().splitlines()[-lines:])) for log in logs
+        )
 
     def end(self, timeout_s: float = 60.0) -> int:
         """Exit code, once it has ended."""

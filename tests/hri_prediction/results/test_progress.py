@@ -64,6 +64,16 @@ def test_plain_lines_say_what_is_left_and_how_it_goes(clock: _Clock) -> None:
     ]
 
 
+def test_what_came_too_soon_is_said_when_it_is_counted_again(clock: _Clock) -> None:
+    console = Console(file=(said := io.StringIO()), width=20)
+    with ProgressLine(console) as line:
+        line.say("trials")
+        for note in ("right", "a hand is at a target", *("a hand is at a target",) * 9):
+            line.count(4, 9, note)
+            clock.now += 0.3 * PLAIN_PERIOD_S
+    assert said.getvalue().splitlines() == ["trials", "trials: 4 of 9, a hand is at a target"]
+
+
 def test_a_terminal_gets_a_live_line() -> None:
     console = Console(file=(said := io.StringIO()), width=80, force_terminal=True)
     with ProgressLine(console) as line:

@@ -51,6 +51,7 @@ class ProgressLine(Closing):
         self._next_s = 0.0
         self._text = ""
         self._first: tuple[int, float] | None = None
+        self._counted: tuple[tuple[str, int, int, str] | None, str] = (None, "")
 
     def __enter__(self) -> Self:
         if self._live is not None:
@@ -71,15 +72,20 @@ class ProgressLine(Closing):
             self._plain(text)
 
     def count(self, done: int, of: int, note: str = "") -> None:
-        """How many steps of it are done, of how many, and how it goes."""
+        """How many steps of it are done, of how many, and how it goes.
+
+        A pipe is told of it when it is time for a line: call it again until then, and what came last is said.
+        """
         if self._live is not None:
             text = f"{self._text} {note}".strip()
             self._live.update(self._line, completed=done, total=of, description=text)
         else:
-            said = f", {note}" if note else ""
-            self._plain(
-                f"{self._text}: {done} of {of}{said}{self._left(done, of)}", last=done == of
-            )
+            # What has not changed is said in the same words: once, by whoever goes on counting it.
+            if self._counted[0] != (counted := (self._text, done, of, note)):
+                said = f", {note}" if note else ""
+                text = f"{self._text}: {done} of {of}{said}{self._left(done, of)}"
+                self._counted = (counted, text)
+            self._plain(self._counted[1], last=done == of)
 
     def _left(self, done: int, of: int) -> str:
         """How long it will take by what was counted so far, which may have begun in the middle."""

@@ -198,7 +198,7 @@ class AdaptationConductor(Conductor):
         self._progress = progress
         self._trials: AdaptationStatus | None = None
         self._heard_s = 0.0
-        self._told = (-1, "")
+        self._news = False
         self.nearest_m = math.inf
         # An empty request: all goals.
         self._cancelling = self._node.create_client(
@@ -209,7 +209,7 @@ class AdaptationConductor(Conductor):
         )
 
     def _on_trials(self, message: AdaptationStatus) -> None:
-        self._trials, self._heard_s = message, time.monotonic()
+        self._trials, self._heard_s, self._news = message, time.monotonic(), True
         self.nearest_m = min(self.nearest_m, message.between_clearance)
 
     def _on_state(self, message: SimState) -> None:
@@ -245,10 +245,9 @@ class AdaptationConductor(Conductor):
             status = self._trials
             if status is None:
                 return False
-            told = (status.trial, _described(status))
-            if told != self._told:
-                self._told = told
-                self._progress(status.trial, status.trials, told[1])
+            if self._news:
+                self._news = False
+                self._progress(status.trial, status.trials, _described(status))
             if status.stage == AdaptationStatus.STOPPED:
                 raise GraphError(
                     f"the experiment was given up: {status.reason}",

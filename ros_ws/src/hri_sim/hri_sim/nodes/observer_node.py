@@ -106,13 +106,21 @@ class ObserverNode(HriNode):
                 self._captured.restart()
         stage = message.stage
         now_s = self._captured.seconds(self.now_ns())
+        if stage == AdaptationStatus.READY and self._participant.decision is not None:
+            # The robot was put back, or had not quite come to rest: that was no trial, and none begins
+            # before this hand is withdrawn.
+            self._withdraw(now_s)
         # Who hears of a trial late watches the rest of it.
         if stage in _BEGINS and not self._watching and self._tool is not None:
             self._participant.begin(now_s, self._tool, self._experiment.goals)
             self._watching, self._said = True, False
         elif stage not in _WATCHED and self._watching:
-            self._watching = False
-            self._participant.go_home(now_s + 0.1)
+            self._withdraw(now_s)
+
+    def _withdraw(self, now_s: float) -> None:
+        """Forget what the robot did; put the hand back."""
+        self._watching = False
+        self._participant.go_home(now_s + 0.1)
 
     def _on_joints(self, message: JointState) -> None:
         try:
