@@ -74,7 +74,7 @@ class ProgressLine(Closing):
     def count(self, done: int, of: int, note: str = "") -> None:
         """How many steps of it are done, of how many, and how it goes.
 
-        A pipe is told of it when it is time for a line: call it again until then, and what came last is said.
+        A pipe is told of it when it is time for a line: count it again until then, and the last is said.
         """
         if self._live is not None:
             text = f"{self._text} {note}".strip()
