@@ -379,7 +379,7 @@ def plain_trees() -> dict[str, tuple[Any, ...]]:
     text = written(lambda path: save_process(path, process, "a test"), "a.json")
     person = {"format": PERSON_FORMAT, "changed": "2026-01-01", "weights": data_to_values(data)}
     flat = CaseCosts(np.full(NUMBER, 0.1), np.ones(NUMBER), 12, 0.9)
-    learnt = LearntCosts({"case_1": flat, "case_13": flat}, 0.2, "a test")
+    learnt = LearntCosts({"case_1": flat, "case_13": flat}, 0.2, "a test", ("case_13: few",))
     return {
         "weights": (_unsealed(text),),
         "person": (person, {**person, "weights": None}),

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 
@@ -19,7 +20,7 @@ from hri_planner.pibb.storage import load_session
 from hri_planner.robot.model import load_robot
 from hri_prediction.errors import ConfigError
 from hri_prediction.ros.messages import AdaptationStatus, GoalGuess, LoadModel, ReachTarget, Reset
-from hri_prediction.ros.qos import reliable
+from hri_prediction.ros.qos import SENSOR, reliable
 from hri_prediction.ros.time import seconds_to_ns, to_time
 from hri_sim.launch.adaptation import AdaptationOptions
 from hri_sim.launch.lockstep import adaptation_graph, run_in_lockstep
@@ -248,6 +249,24 @@ def test_an_observer_who_was_misled_before_a_trial_withdraws_the_hand(tmp_path: 
         waits = "a hand is at a target: the trial begins when it is withdrawn"
         graph.run_until(lambda: node.health()[1] == waits, 10.0)
         graph.run_until(after(2, graph), 20.0)
+        assert node._aborted == 0
+
+
+def test_an_observer_who_sees_nothing_of_the_robot_does_not_begin(tmp_path: Path) -> None:
+    """Processes find one that was started again at different times; it is elsewhere by then."""
+    with adaptation_graph(options(tmp_path)) as graph:
+        node, observer = adaptation(graph), graph.nodes["observer"]
+        assert isinstance(observer, ObserverNode)
+        graph.run_until(after(1, graph), 20.0)
+        until(graph, AdaptationStatus.RETURNING)
+        observer.ignore("joint_states")
+        until(graph, AdaptationStatus.READY)
+        graph.run(0.1)
+        assert not observer._watching
+        observer.listen(JointState, "joint_states", observer._on_joints, SENSOR)
+        graph.run_until(after(2, graph), 20.0)
+        waits = {message.reason for message in graph.messages("/adaptation/status")}
+        assert not any("a hand is at a target" in reason for reason in waits)
         assert node._aborted == 0
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from hri_planner.ptomp import HumanForecast, PtompConfig, PtompPlanner
 from hri_planner.ptomp.costs import CostModel
-from hri_planner.ptomp.interaction import find_nearness
+from hri_planner.ptomp.interaction import doubts_about, find_nearness
 from hri_planner.ptomp.layout import FIRST_FREE, TERMS
 from hri_planner.robot import load_robot
 from hri_prediction.errors import ConfigError
@@ -159,3 +159,13 @@ def test_a_plan_goes_where_nearness_costs_less(tmp_path: Path) -> None:
         plain, interaction_costs="case_3", interaction_file=path, interaction_weight=20.0
     )
     assert nearest(learnt) > nearest(plain) + 0.03
+
+
+def test_what_a_file_warns_of_its_costs(tmp_path: Path) -> None:
+    """Of the case that is used, or of all; not of other cases."""
+    one, path = CaseCosts(np.ones(NUMBER), np.ones(NUMBER), 1), tmp_path / "costs.json"
+    warnings = ("a smoke run", "case_1: chance", "case_13: few")
+    LearntCosts({"case_1": one, "case_13": one}, 0.3, "", warnings).save(path)
+    assert doubts_about("case_1", str(path)) == ("a smoke run", "case_1: chance")
+    assert doubts_about("case_13", str(path)) == ("a smoke run", "case_13: few")
+    assert doubts_about("case_1") == doubts_about("") == ()

@@ -73,7 +73,7 @@ def test_a_list_that_is_not_there(tmp_path: Path) -> None:
 # ---------------------------------------------------------------------- costs
 def costs() -> LearntCosts:
     one = CaseCosts(np.linspace(0.0, 1.0, NUMBER), np.full(NUMBER, 2.0), 40)
-    return LearntCosts({"case_3": one}, 0.2, "somebody")
+    return LearntCosts({"case_3": one}, 0.2, "somebody", ("case_3: few movements",))
 
 
 def test_costs_on_disk(tmp_path: Path) -> None:
@@ -82,6 +82,7 @@ def test_costs_on_disk(tmp_path: Path) -> None:
     np.testing.assert_array_equal(again.cases["case_3"].weights, costs().cases["case_3"].weights)
     np.testing.assert_allclose(again.cases["case_3"].scaled, 2.0 * np.linspace(0.0, 1.0, NUMBER))
     assert (again.length, again.about, again.cases["case_3"].movements) == (0.2, "somebody", 40)
+    assert again.warnings == costs().warnings
 
 
 @pytest.mark.parametrize(
@@ -93,6 +94,7 @@ def test_costs_on_disk(tmp_path: Path) -> None:
         ("case_3", "case_33", "1 to 20"),
         ('"movements": 40', '"movements": null', "incomplete"),
         ("2.0,", "-2.0,", "none negative"),
+        ('"case_3: few movements"', "3", "a list of texts"),
     ],
 )
 def test_wrong_costs_are_refused(tmp_path: Path, old: str, new: str, said: str) -> None:

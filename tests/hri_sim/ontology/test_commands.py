@@ -273,6 +273,7 @@ def test_learning_costs(tmp_path: Path) -> None:
     assert found.cases["case_2"].cosine > 0.9
     assert "cosine" in (out / "costs.md").read_text()
     assert "a smoke run: of no use" in found.about
+    assert any("smoke run" in text for text in found.warnings)
     # With the trunk as it was nothing can be learnt of where the shoulder is.
     assert "arm alone" in found.about
     shoulders = [k for k, name in enumerate(COSTS) if name.startswith("shoulder-")]

@@ -11,6 +11,7 @@ from hri_planner.nodes.ptomp_config import PtompNodeConfig
 from hri_planner.nodes.replanning import Replanning
 from hri_planner.nodes.reporting import Reporting
 from hri_planner.ptomp.config import PtompConfig
+from hri_planner.ptomp.interaction import doubts_about
 from hri_planner.ptomp.variants import find_variant
 from hri_planner.ros.bodies import Bodies
 from hri_planner.ros.inputs import Inputs
@@ -44,6 +45,8 @@ class PtompNode(MotionNode):
         )
         if config.adaptation_model and (why := unfit(config.adaptation_model, config.variant)):
             self.get_logger().warning(f"{why}: it is used all the same")
+        for why in doubts_about(planner.interaction_costs, planner.interaction_file):
+            self.get_logger().warning(f"interaction_costs: {why}; they are used all the same")
         warm_kernels()
         reporting = Reporting(self, self._robot, inputs, config.default_duration)
         self.serve_motions(

@@ -61,6 +61,23 @@ def find_nearness(name: str, path: str = "") -> Nearness:
     return Nearness(weights / total, costs.length)
 
 
+def doubts_about(name: str, path: str = "") -> tuple[str, ...]:
+    """What a file of learnt costs warns of, of a case or of all.
+
+    Args:
+        name: As ``case_3``; empty: no case is used.
+        path: As for :func:`find_nearness`.
+
+    Raises:
+        DataError: when the file is missing, damaged or something else.
+    """
+    if not name:
+        return ()
+    costs = load_costs(path or SHIPPED_COSTS)
+    others = tuple(f"{other}: " for other in costs.cases if other != name)
+    return tuple(text for text in costs.warnings if not text.startswith(others))
+
+
 def check_interaction(name: str, path: str) -> None:
     """Whether learnt costs can be had.
 

@@ -54,11 +54,13 @@ class LearntCosts:
         cases: By name, as ``case_3``.
         length: Distance over which nearness falls to 1/e [m].
         about: What they were learnt from.
+        warnings: What whoever uses them should know first.
     """
 
     cases: Mapping[str, CaseCosts]
     length: float
     about: str = ""
+    warnings: tuple[str, ...] = ()
 
     def save(self, path: Path, **more: Any) -> None:
         """Write them; ``more`` goes into the file and is not read again."""
@@ -68,6 +70,7 @@ class LearntCosts:
             "length_m": self.length,
             "costs": list(COSTS),
             "cases": {name: plain_costs(one) for name, one in self.cases.items()},
+            **({"warnings": list(self.warnings)} if self.warnings else {}),
             **more,
         }
         new = path.with_suffix(".new")
@@ -91,7 +94,10 @@ def load_costs(path: str | Path) -> LearntCosts:
         if content["costs"] != list(COSTS):
             raise DataError("other costs than these", expected=", ".join(COSTS))
         cases = {find_case(name).name: costs_of(one) for name, one in content["cases"].items()}
-        learnt = LearntCosts(cases, length, str(content.get("about", "")))
+        warnings = content.get("warnings", [])
+        if not isinstance(warnings, list) or not all(isinstance(text, str) for text in warnings):
+            raise DataError(f"warnings {warnings!r:.80}", expected="a list of texts")
+        learnt = LearntCosts(cases, length, str(content.get("about", "")), tuple(warnings))
     except (ConfigError, DataError) as error:
         raise DataError(f"{path}: {error.problem}", expected=error.expected) from error
     # Arithmetic: a number that is too large to be one.

@@ -230,3 +230,14 @@ def complete_parameters(
     if faults:
         raise all_of(source, faults)
     return complete
+
+
+def interaction_of(parameters: Mapping[str, Mapping[str, Any]]) -> tuple[str, str]:
+    """Name and file of the learnt costs by which a planner keeps clear of people; empty: none, the shipped.
+
+    Args:
+        parameters: Of the nodes, by name.
+    """
+    planner = parameters.get("ptomp", {})
+    name, path = (planner.get(f"planner.interaction_{word}", "") for word in ("costs", "file"))
+    return str(name), str(path)

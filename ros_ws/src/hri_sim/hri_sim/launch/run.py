@@ -12,6 +12,7 @@ from typing import Any
 from rich.console import Console
 
 from hri_planner.policy.model_file import find_any, load_any
+from hri_planner.ptomp.interaction import doubts_about
 from hri_planner.ptomp.variants import find_variant
 from hri_prediction.errors import ConfigError
 from hri_prediction.results.origin import results_origin
@@ -24,7 +25,7 @@ from hri_sim.launch.folder import RunFolders
 from hri_sim.launch.held_signals import EndingSignals
 from hri_sim.launch.learning import have_compiled, learning
 from hri_sim.launch.moving_goals import Scene
-from hri_sim.launch.parameters import complete_parameters, read_parameters
+from hri_sim.launch.parameters import complete_parameters, interaction_of, read_parameters
 from hri_sim.launch.record import Series, read_run, with_baseline
 from hri_sim.launch.run_bags import RunBags
 from hri_sim.launch.scene import LIBRARY, SCENARIO, run_library, run_scene
@@ -42,7 +43,6 @@ from hri_sim.launch.telling import print_line, status_line, words_of
 from hri_sim.recording.folders import bag_folders
 from hri_sim.scenario.schema import Scenario, save_scenario
 
-"""Heartbeat age at which the controller of a supervised run stops the robot [s]."""
 RECORDER_STOP_TIMEOUT_S = 30.0
 """A slow disk may still have to take much of the bag when a run ends [s]."""
 AGAIN = "Ctrl-C again ends it faster, without losing the recording and the summary"
@@ -277,6 +277,8 @@ def prepare(options: RunOptions, bag: Path, console: Console) -> Prepared:
     check_stopping(parameters, f"--parameters {options.parameters}")
     if words := permitted_words(parameters):
         print_line(console, words)
+    for words in doubts_about(*interaction_of(parameters)):
+        print_line(console, f"interaction_costs: {words}; they are used all the same")
     if options.person is not None:
         have_compiled(lambda text: print_line(console, text))
     return Prepared(scene, specs)
@@ -343,6 +345,9 @@ def _run_graph(
     summary = summarise(series, reports, scenario=scenario, bag=bag, seed=options.seed)
     summary["planner"] = options.moved_by
     summary["separation"] = options.separation
+    summary["person"] = options.person
+    parameters = {spec.label: spec.parameters for spec in prepared.specs}
+    summary["interaction_costs"] = interaction_of(parameters)[0] or None
     summary["stopped_s"] = conductor.stopped_s
     summary["host_share"] = host_share
     summary["origin"] = origin

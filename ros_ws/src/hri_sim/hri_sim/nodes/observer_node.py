@@ -34,6 +34,8 @@ from hri_sim.readability.participant import Participant, participant_spec
 from hri_sim.readability.traits import POPULATIONS, draw_person
 
 _BEGINS = (AdaptationStatus.READY, AdaptationStatus.MOVING)
+_SEEN_NS = 500_000_000
+"""A robot of which nothing was heard for so long is not seen [ns]."""
 _WATCHED = (AdaptationStatus.READY, AdaptationStatus.MOVING, AdaptationStatus.ANSWERING)
 
 
@@ -65,6 +67,7 @@ class ObserverNode(HriNode):
         self._experiment = load_experiment(find_experiment(self._config.experiment))
         self._seed = self._config.seed
         self._tool: Any = None
+        self._tool_ns: int | None = None
         self._watching = self._said = False
         self._guesses = 0
         self._joined: int | None = None
@@ -111,11 +114,15 @@ class ObserverNode(HriNode):
             # before this hand is withdrawn.
             self._withdraw(now_s)
         # Who hears of a trial late watches the rest of it.
-        if stage in _BEGINS and not self._watching and self._tool is not None:
+        if stage in _BEGINS and not self._watching and self._sees():
             self._participant.begin(now_s, self._tool, self._experiment.goals)
             self._watching, self._said = True, False
         elif stage not in _WATCHED and self._watching:
             self._withdraw(now_s)
+
+    def _sees(self) -> bool:
+        """Whether the robot is seen: one that was seen last before a gap may be anywhere by now."""
+        return self._tool_ns is not None and self.now_ns() - self._tool_ns <= _SEEN_NS
 
     def _withdraw(self, now_s: float) -> None:
         """Forget what the robot did; put the hand back."""
@@ -128,7 +135,7 @@ class ObserverNode(HriNode):
         except DataError as error:
             self.fault("joints", str(error))
             return
-        self._tool = self._robot.frames(np.array(q))[3]
+        self._tool, self._tool_ns = self._robot.frames(np.array(q))[3], self.now_ns()
         if self._watching:
             time_s = self._captured.seconds(to_ns(message.header.stamp))
             self._participant.watch(time_s, self._tool)

@@ -272,13 +272,13 @@ def learn(
         for name, one in ordered.items()
         if others
     }
-    warned = list(_warnings(ordered, alike, joints))
+    warned = list(_warnings(ordered, alike, joints, smoke=smoke))
     for text in warned:
         console.print(f"warning: {text}", highlight=False, soft_wrap=True)
     about += f"; {'arm alone' if joints == ARM else 'all joints'}, penalty {penalty:g}, {samples} samples"
     if smoke:
         about += "; a smoke run: of no use"
-    costs = LearntCosts(ordered, reach, about)
+    costs = LearntCosts(ordered, reach, about, tuple(warned))
     costs.save(out / FILE, origin=origin)
     write_json(
         out / FIGURES,
@@ -312,9 +312,11 @@ def _alike(one: CaseCosts, other: CaseCosts | None) -> float:
 
 
 def _warnings(
-    found: Mapping[str, CaseCosts], alike: Mapping[str, float], joints: str
+    found: Mapping[str, CaseCosts], alike: Mapping[str, float], joints: str, *, smoke: bool
 ) -> Iterator[str]:
     """What whoever uses the costs should know first."""
+    if smoke:
+        yield "a smoke run: one person, three encounters are too few to learn from"
     if alike and joints != ARM:
         yield (
             f"--joints {joints} of recordings: joints of the trunk do not follow from keypoints of an arm, "
