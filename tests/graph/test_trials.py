@@ -226,6 +226,27 @@ def test_a_motion_is_lost_with_a_policy_node_that_is_started_again(
         assert node.session.state.results == ()
 
 
+def test_a_motion_that_somebody_else_began_is_waited_for(tmp_path: Path) -> None:
+    """As that of an adaptation node which was killed meanwhile."""
+    with adaptation_graph(options(tmp_path / "run")) as graph:
+        node = adaptation(graph)
+        node.stage = AdaptationStatus.OVER
+        graph.run(0.2)
+        policy = short().initial_policy(ROBOT)
+        save_dmp(tmp_path / "ways.npz", policy, {})
+        request = LoadModel.Request(path=str(tmp_path / "ways.npz"))
+        assert graph.call(LoadModel, "policy/load_model", request).success
+        handle = graph.reach(_goal(tuple(policy.goals["left"]), 6.0), "/policy/reach_target")
+        graph.run(0.2)
+        node.stage = AdaptationStatus.IDLE
+        graph.run(4.0)
+        assert "the policy node still moves the robot" in node.health()[1]
+        graph.run_until(after(1, graph), 30.0)
+        assert handle.result is not None
+        assert handle.result.outcome == ReachTarget.Result.REACHED
+        assert node._aborted == 0
+
+
 def test_an_observer_that_hears_of_a_trial_late_watches_the_rest_of_it(tmp_path: Path) -> None:
     """As when processes find each other while the first trial has begun."""
     with adaptation_graph(options(tmp_path)) as graph:

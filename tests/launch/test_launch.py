@@ -83,6 +83,8 @@ def test_a_run_from_start_to_end(launch: Launch) -> None:
     summary = json.loads((run.out / "summary.json").read_text())
     assert summary["outcome"] == "reached"
     (reach,) = summary["reaches"]
+    assert summary["person"] is None
+    assert summary["interaction_costs"] is None
     assert reach["goal_error_m"] <= 0.01
     assert reach["min_clearance_m"] > 0.0
     assert reach["max_handover_jump_rad"] < 1e-3

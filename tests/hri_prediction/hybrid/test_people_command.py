@@ -123,6 +123,31 @@ def test_whole_people_are_left_out(tmp_path, capsys):
     assert json.loads(out.read_text())["left_out"]["people"] == 3.0
 
 
+def test_tasks_that_one_person_alone_did(tmp_path, capsys):
+    """Twelve, of which the others did nine: without that one too few are left to judge by, not to fit."""
+    pytest.importorskip("sklearn")
+    tasks = [
+        {
+            "task": row["name"],
+            "q_start_deg": row["q_start_deg"],
+            "q_end_deg": row["q_end_deg"],
+            "logs": np.log(np.array(row["alpha"]) / row["alpha"][1])[[0, 2]].tolist(),
+            "log_sd": [0.1, 0.1],
+        }
+        for row in twelve_reaches()
+    ]
+    laws = [
+        {"person": f"{who} right", "costs": COSTS, "tasks": tasks[:count]}
+        for who, count in (("ann", 12), ("bob", 9), ("cleo", 9))
+    ]
+    results, out = tmp_path / "results.json", tmp_path / "weights.json"
+    content = {"costs": COSTS, "whole": True, "reaches": [], "laws": laws}
+    results.write_text(json.dumps(content))
+    assert fit_command.main([str(results), "--out", str(out)]) == 0
+    assert "here are 3 people and 12 reaches, 9 without one of them" in capsys.readouterr().out
+    assert load_process(out).names == tuple(COSTS)
+
+
 @pytest.mark.parametrize(
     ("key", "value", "says"),
     [

@@ -57,6 +57,10 @@ def test_sessions_are_read_as_they_are_written(tmp_path: Path) -> None:
             "sessions: [{bag: a, case: 1, subject: x}, {bag: ./a, case: 2, subject: y}]",
             "session 2: .*a is that of session 1 too; expected each recording of two people once",
         ),
+        (
+            "sessions: [{bag: a, case: 1, subject: x}, {bag: a, case: 1, subject: x, bodies: [p, q]}]",
+            "session 2: .*a is that of session 1 too",
+        ),
     ],
 )
 def test_what_is_wrong_with_a_list_is_said(tmp_path: Path, text: str, said: str) -> None:

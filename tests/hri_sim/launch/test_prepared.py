@@ -21,7 +21,7 @@ def test_warnings_of_learnt_costs(tmp_path: Path) -> None:
     (tmp_path / "near.yaml").write_text(
         f"ptomp: {{planner.interaction_costs: case_3, planner.interaction_file: {tmp_path}/costs.json}}"
     )
-    run = RunOptions(out=tmp_path / "run", parameters=tmp_path / "near.yaml", planner="ptomp_cv")
+    run = RunOptions(out=tmp_path / "run", parameters=tmp_path / "near.yaml", planner="stomp")
     run.out.mkdir()
     console = Console(file=(said := io.StringIO()), width=200)
     prepared = prepare(run, run.out / "bag", console)

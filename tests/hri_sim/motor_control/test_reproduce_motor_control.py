@@ -170,6 +170,19 @@ def test_real_reaches_in_short(tmp_path: Path) -> None:
     assert (tmp_path / "real_weights.png").stat().st_size > 10_000
 
 
+def test_recordings_that_cannot_be_read_cost_no_report(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / real_reaches.SOURCE
+    file.parent.mkdir(parents=True)
+    file.write_text("version https://git-lfs.github.com/spec/v1")
+    monkeypatch.setenv("HRI_DATA_DIR", str(tmp_path))
+    arguments = ["--smoke", "--people", "2", "--runs", str(tmp_path), "--workers", "1"]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 0, result.output
+    assert f"Left out: {file}" in (tmp_path / "motor_control.md").read_text()
+
+
 def test_names_of_real_people_may_have_blanks(
     table: tuple[ReachTable, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -288,6 +288,17 @@ def test_learning_costs(tmp_path: Path) -> None:
     assert "all joints" in load_costs(whole / "costs.json").about
 
 
+def test_costs_say_of_how_many_people_they_are(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ("--smoke", "--samples", 8, "--runs", tmp_path, "--workers", 1)
+    told = ("--out", tmp_path / "out", "--case", 13, *arguments)
+    assert run(costs_command, "--people", 5, *told) == 1
+    assert "--people 5: case_13 has 4 in each position" in capsys.readouterr().err
+    assert run(costs_command, "--people", 2, *told) == 0
+    assert "2 people in each position;" in load_costs(tmp_path / "out" / "costs.json").about
+
+
 def test_costs_of_recordings_are_drawn_anew(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

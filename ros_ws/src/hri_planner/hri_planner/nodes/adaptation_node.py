@@ -208,7 +208,10 @@ class AdaptationNode(HriNode):
         silent = self._joints_ns is None or now_ns - self._joints_ns > _SILENT_NS
         if silent or self._heard.tracked is None:
             self._reason = "nothing heard of " + ("the robot" if silent else "people")
-        elif self.stage == IDLE:
+            return
+        if self.stage in (RETURNING, MOVING, ANSWERING):
+            self._reason = ""  # all is heard again; before a trial there may be another one
+        if self.stage == IDLE:
             self._go_back(now_ns)
         elif self.stage == RETURNING:
             if self._requests.arrived():

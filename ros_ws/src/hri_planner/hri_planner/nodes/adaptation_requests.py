@@ -22,6 +22,8 @@ from hri_prediction.ros.time import NANO, to_ns
 ANSWER_S = 5.0
 """So long may the policy node take to answer a request, or say nothing of the motion under way [s]."""
 _ENDED = (ReachTarget.Result.CANCELLED, ReachTarget.Result.BLOCKED)
+_MOVES_NS = 500_000_000
+"""A policy node that has said so long ago that it moves the robot may have been killed since [ns]."""
 _MOVES = (PolicyStatus.MOVING, PolicyStatus.WAITING, PolicyStatus.STOPPING)
 
 
@@ -84,7 +86,10 @@ class PolicyRequests:
         return not due or bool(self._result.done())
 
     def missing(self) -> str:
-        """Which of the policy node's offers is not there; empty: all are."""
+        """Which of the policy node's offers is not there, or that it is not free; empty: all is well."""
+        if self._stage in _MOVES and self._node.now_ns() - self._heard_ns <= _MOVES_NS:
+            # As when who sent it was killed: a policy is taken by a node that moves nothing.
+            return "the policy node still moves the robot"
         if not self._load.service_is_ready():
             return "policy/load_model is not there"
         return "" if self._reach.server_is_ready() else "policy/reach_target is not there"

@@ -27,6 +27,7 @@ from hri_prediction.hybrid.left_out import (
     people_left_out,
     reaches_left_out,
     whose,
+    without_each,
 )
 from hri_prediction.hybrid.of_laws import data_of_laws
 from hri_prediction.hybrid.weight_file import check_arm, save_process
@@ -97,12 +98,19 @@ def describe(process: WeightProcess) -> str:
 def _left_out(explained: Explained, seed: int) -> tuple[dict[str, float], str]:
     """Errors of weights that were not fitted to, for the file and in words."""
     names = by_person(explained.laws) or Counter(explained.person)
-    most = max(Counter(explained.person).values(), default=0)
-    if len(names) < LEAST_PEOPLE or len(explained.data) - most < LEAST_REACHES:
+    least = 0
+    if len(names) >= LEAST_PEOPLE:
+        least = (
+            min(len(data) for data in without_each(explained.data.names, explained.laws))
+            if explained.laws
+            else len(explained.data) - max(Counter(explained.person).values())
+        )
+    if least < LEAST_REACHES:
         return {}, (
             f"how far off the weights of others are is not known: {LEAST_PEOPLE} people are needed, whose "
             f"names the file has, and {LEAST_REACHES} reaches without any one of them; here are "
             f"{len(names)} people and {len(explained.data)} reaches"
+            + (f", {least} without one of them" if least else "")
         )
     if explained.laws:
         own, plain = people_left_out(explained.data.names, explained.laws, seed)

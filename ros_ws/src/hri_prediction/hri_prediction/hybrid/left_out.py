@@ -58,18 +58,22 @@ def people_left_out(
         Of a process, and of the mean, of the other people.
     """
     people = by_person(laws)
-    return _errors(
-        [
-            (
-                data_of_laws(
-                    names, [law for other in people if other != who for law in people[other]]
-                ),
-                data_of_laws(names, own),
-            )
-            for who, own in people.items()
-        ],
-        seed,
-    )
+    own = (data_of_laws(names, people[who]) for who in people)
+    return _errors(list(zip(without_each(names, laws), own, strict=True)), seed)
+
+
+def without_each(names: tuple[str, ...], laws: Sequence[Law]) -> list[WeightData]:
+    """Weights of all people but one, each left out in turn; tasks that nobody else did are missing.
+
+    Args:
+        names: Costs.
+        laws: Of two people or more.
+    """
+    people = by_person(laws)
+    return [
+        data_of_laws(names, [law for other in people if other != who for law in people[other]])
+        for who in people
+    ]
 
 
 def by_person(laws: Sequence[Law]) -> dict[str, list[Law]]:

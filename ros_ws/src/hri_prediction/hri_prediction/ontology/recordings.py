@@ -117,7 +117,9 @@ def _check_new(session: RecordedSession, before: Sequence[RecordedSession]) -> N
     """
     for number, other in enumerate(before, start=1):
         same = other.bag.resolve() == session.bag.resolve() and other.side == session.side
-        if same and set(other.bodies) == set(session.bodies):
+        # Who names no bodies means those two that the bag has.
+        either = not other.bodies or not session.bodies
+        if same and (either or set(other.bodies) == set(session.bodies)):
             raise DataError(
                 f"{session.bag} is that of session {number} too",
                 expected="each recording of two people once",

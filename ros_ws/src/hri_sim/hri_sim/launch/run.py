@@ -347,7 +347,8 @@ def _run_graph(
     summary["separation"] = options.separation
     summary["person"] = options.person
     parameters = {spec.label: spec.parameters for spec in prepared.specs}
-    summary["interaction_costs"] = interaction_of(parameters)[0] or None
+    name, file = interaction_of(parameters)
+    summary["interaction_costs"], summary["interaction_file"] = name or None, file or None
     summary["stopped_s"] = conductor.stopped_s
     summary["host_share"] = host_share
     summary["origin"] = origin

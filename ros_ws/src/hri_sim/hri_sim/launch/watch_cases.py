@@ -18,6 +18,7 @@ from rclpy.node import Node
 from hri_prediction.ros.messages import InteractionCase
 from hri_prediction.ros.qos import reliable
 from hri_prediction.ros.time import to_ns
+from hri_sim.launch.deaths import NodeDeath
 from hri_sim.launch.parameters import complete_parameters, read_parameters
 from hri_sim.launch.supervisor import NodeSpec, Supervisor
 from hri_sim.ontology.live import Heard, figures_of, live_summary, settled
@@ -53,6 +54,7 @@ def listen_live(folder: Path, case: int, seed: int, seconds: float) -> list[Hear
 
     Raises:
         GraphError: when a node is not installed.
+        NodeDeath: when one ends meanwhile.
     """
     heard: list[Heard] = []
     context = Context()
@@ -79,6 +81,8 @@ def listen_live(folder: Path, case: int, seed: int, seconds: float) -> list[Hear
             begun = False
             while time.monotonic() < until:
                 executor.spin_once(timeout_sec=0.05)
+                for death in supervisor.deaths():
+                    raise NodeDeath(death)
                 if not begun and any(told.complete for told in heard):
                     begun, until = True, time.monotonic() + seconds
     finally:
@@ -98,6 +102,9 @@ def measure_live(
         cases: What they do.
         seed: Of the first; the others follow.
         seconds: How long each is watched.
+
+    Raises:
+        NodeDeath: when a node ends meanwhile.
     """
     heard: list[Heard] = []
     for number, case in enumerate(cases):

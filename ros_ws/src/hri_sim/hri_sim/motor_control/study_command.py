@@ -12,6 +12,7 @@ import numpy as np
 import typer
 from rich.console import Console
 
+from hri_prediction.errors import DataError
 from hri_prediction.motor_control import design
 from hri_prediction.motor_control.analyses.table import ReachTable
 from hri_prediction.motor_control.convention import YAW_PITCH
@@ -79,15 +80,18 @@ def of_real(
     left_out: list[str] = []
     for convention in (CONVENTION, YAW_PITCH.name):
         progress.say(f"real reaches, {convention}")
-        tables[convention], left_out = explain_real(
-            file,
-            runs / f"real_{convention}.jsonl",
-            workers=workers,
-            scheduler=scheduler,
-            smoke=smoke,
-            convention=convention,
-            progress=progress.count,
-        )
+        try:
+            tables[convention], left_out = explain_real(
+                file,
+                runs / f"real_{convention}.jsonl",
+                workers=workers,
+                scheduler=scheduler,
+                smoke=smoke,
+                convention=convention,
+                progress=progress.count,
+            )
+        except DataError as error:  # what was done of simulated people is told all the same
+            return {"skipped": str(error)}
     whole = tables[CONVENTION].explained
     found = by_task(whole, np.random.default_rng([seed, 4]))
     study_pictures.real_weights(found, pictures / "real_weights.png")

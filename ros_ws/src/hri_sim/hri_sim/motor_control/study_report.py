@@ -22,7 +22,8 @@ def report(content: Mapping[str, Any]) -> str:
     )  # fmt: skip
     text = [
         "# Why people reach as they do: the thesis' analyses\n",
-        f"Made by `scripts/reproduce_motor_control.py --seed {study['seed']}{smoke}`.\n",
+        f"Made by `scripts/reproduce_motor_control.py --seed {study['seed']} --people "
+        f"{study['people']}{smoke}`.\n",
         f"{origin_line(content['origin'])}\n",
         f"{study['people']} simulated people reached from {study['starts']} postures to "
         f"{study['targets']} targets, three times each, seen by motion capture with 3 mm of "

@@ -69,6 +69,7 @@ class ObserverNode(HriNode):
         self._tool: Any = None
         self._tool_ns: int | None = None
         self._watching = self._said = False
+        self._stage = AdaptationStatus.IDLE
         self._guesses = 0
         self._joined: int | None = None
         """How many trials were over when this person came; none: not yet known."""
@@ -109,10 +110,13 @@ class ObserverNode(HriNode):
                 self._captured.restart()
         stage = message.stage
         now_s = self._captured.seconds(self.now_ns())
-        if stage == AdaptationStatus.READY and self._participant.decision is not None:
+        # Until it hears that the robot moves for it.
+        ready = AdaptationStatus.READY in (stage, self._stage)
+        if ready and stage in _BEGINS and self._participant.decision is not None:
             # The robot was put back, or had not quite come to rest: that was no trial, and none begins
             # before this hand is withdrawn.
             self._withdraw(now_s)
+        self._stage = stage
         # Who hears of a trial late watches the rest of it.
         if stage in _BEGINS and not self._watching and self._sees():
             self._participant.begin(now_s, self._tool, self._experiment.goals)
@@ -179,7 +183,7 @@ class ObserverNode(HriNode):
             "keys_pressed": self._guesses,
             "captures_skipped": self._captured.skipped,
         }
-        if self._tool is None:
+        if not self._sees():
             return WARN, "nothing heard of the robot", figures
         if self._joined is None:
             return WARN, "nothing heard of the adaptation node", figures

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -232,7 +233,16 @@ def learn(
                 name: (simulated_sessions(name, study, number, seed), ())
                 for name in names or DEFAULT_CASES
             }
-            about = f"{BENT}, seed {seed}, {number} people"
+            there = {name: _most_people(sessions) for name, (sessions, _) in of_cases.items()}
+            if people is not None and people > min(there.values()):
+                name = min(there, key=lambda name: there[name])
+                raise ConfigError(
+                    f"--people {people}: {name} has {there[name]} in each position",
+                    expected=f"{min(there.values())} at most, or other cases",
+                )
+            fewer = [f"{name}: {count}" for name, count in there.items() if count < number]
+            among = f" ({', '.join(fewer)})" if fewer else ""
+            about = f"{BENT}, seed {seed}, {number} people in each position{among}"
         else:
             progress.say("recordings")
             sessions = [one for own in listed.values() for one in own]
@@ -316,7 +326,7 @@ def _warnings(
 ) -> Iterator[str]:
     """What whoever uses the costs should know first."""
     if smoke:
-        yield "a smoke run: one person, three encounters are too few to learn from"
+        yield f"a smoke run: {SMOKE.encounters} encounters of a session are too few to learn from"
     if alike and joints != ARM:
         yield (
             f"--joints {joints} of recordings: joints of the trunk do not follow from keypoints of an arm, "
@@ -333,6 +343,11 @@ def _warnings(
                 f"{name}: the weights hang on what was drawn (cosine {alike[name]:.2f} between two draws); "
                 "more recordings, or more --samples, may mend that"
             )
+
+
+def _most_people(sessions: Sequence[Session]) -> int:
+    """How many simulated people there are in a position."""
+    return max(Counter(session.position for session in sessions).values())
 
 
 def _recorded(

@@ -61,7 +61,7 @@ class Judged:
         table: The segments.
         told: What came of the splits.
         sought: Known costs that were sought.
-        live: How late cases are told; empty when that was not measured.
+        live: How late cases are told; empty when none was told of, none when that was not measured.
         shipped: What the classifier that ships makes of them; none where it has learnt them.
         options: What else was asked for.
         refused: Of each recording of which movements were refused, how many and why, a line each.
@@ -72,7 +72,7 @@ class Judged:
     table: SegmentTable
     told: figures.Told
     sought: Sequence[Found]
-    live: dict[str, float | int]
+    live: dict[str, float | int] | None
     shipped: Shipped | None
     options: dict[str, Any]
     refused: tuple[str, ...]
@@ -86,7 +86,7 @@ class Judged:
             "counts": counts(),
             **figures.results(self.told),
             "shipped": None if self.shipped is None else self.shipped.to_mapping(),
-            "live_latency_ms": self.live or None,
+            "live_latency_ms": self.live,
             **cosine_results(self.sought),
         }
 
@@ -106,7 +106,7 @@ class Judged:
         text += evaluation_lines(self.told, pictures)
         if self.shipped is not None:
             text += self.shipped.lines(strangers=self.simulated)
-        if self.live:
+        if self.live is not None:
             text += live_lines(self.live)
         return text + (cosine_lines(self.sought, self.where) if self.sought else [])
 
@@ -186,7 +186,7 @@ def judge(
     if extent.truths:
         progress.say("costs that are known, sought")
         sought = seek_all(extent.study, extent.truths, seed, runs, workers, progress.count)
-    live: dict[str, float | int] = {}
+    live: dict[str, float | int] | None = None
     if extent.live > 0.0:
         # Here, as everything else needs no ROS.
         from hri_sim.launch.watch_cases import measure_live

@@ -206,7 +206,8 @@ def reproduce_ontology(
     planned.draw_ways(pictures / WAYS, ways, cases, planned.WEIGHTS[0])
     text = [
         "# Kinds of interaction, measured\n",
-        f"Made by `scripts/reproduce_ontology.py{' --smoke' if smoke else ''}`. {origin_line(origin)}\n",
+        f"Made by `scripts/reproduce_ontology.py --seed {seed}{' --smoke' if smoke else ''}`. "
+        f"{origin_line(origin)}\n",
         *([SMOKE_NOTE] if smoke else []),
         "Dyads are simulated. How hard they are to tell apart is set (`layout_jitter`), with other seeds, "
         "so that random halves come near to the thesis' 88 % of 7 classes: these figures are no "

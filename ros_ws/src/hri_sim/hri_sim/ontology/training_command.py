@@ -196,7 +196,7 @@ def train_ontology(
         )
     make_folders(out=out, runs=runs)
     origin, study = results_origin(), SMOKE if smoke else DyadStudy()
-    with resumable(console, runs), ProgressLine(console) as progress:
+    with resumable(console, runs if data == SIMULATED else None), ProgressLine(console) as progress:
         progress.say("recordings")
         segments = segments_of_data(
             data, study, seed, runs, workers or available_cores(), progress.count

@@ -104,7 +104,7 @@ def simulate_dyads(
     make_folders(out=out)
     place = Placement.parse(PLACE)
     entries: list[dict[str, Any]] = []
-    with resumable(console, out), ProgressLine(console) as progress:
+    with resumable(console, None), ProgressLine(console) as progress:
         progress.say("dyads")
         for session in sessions:
             name = f"{find_case(session.case).name}_{session.position.replace(' ', '_')}_{session.subject}"
