@@ -244,6 +244,43 @@ def test_what_a_full_disk_did_not_take_is_written_when_it_has_room(
     assert PeopleStore(setup.store).people()[0].reaches["right near_from_rest"] == 2
 
 
+def test_a_process_keeps_what_it_can_when_it_ends(setup, rest, targets, people):
+    loop = Background(setup)
+    near, again = reaches(targets, people, rest, 2)
+    loop.ask(Reached("anna", near))
+    wait_for(loop, Learnt)
+    # As when a disk is full: nothing can be written where a file of that name is a folder.
+    file = next((setup.store / "anna").glob("*.npz"))
+    kept = file.read_bytes()
+    file.unlink()
+    (file / "something").mkdir(parents=True)
+    loop.ask(Reached("anna", again))
+    wait_for(loop, Trouble)
+    (file / "something").rmdir()
+    file.rmdir()
+    file.write_bytes(kept)
+    loop.close()
+    assert PeopleStore(setup.store).people()[0].reaches == {"right near_from_rest": 2}
+
+
+def test_a_folder_that_cannot_be_looked_at_does_not_end_it(
+    setup, rest, targets, people, monkeypatch
+):
+    loop = Inline(setup)
+    for reach in reaches(targets, people, rest, 3):
+        loop.ask(Reached("anna", reach))
+
+    def fails(*_):
+        raise OSError(5, "Input/output error")
+
+    monkeypatch.setattr(PeopleStore, "identity", fails)
+    (reach,) = reaches(targets, people, rest, 1)
+    loop.ask(Reached("anna", reach))
+    loop.ask(Reached("anna", reach))
+    assert any(isinstance(each, Trouble) for each in loop.answers())
+    loop.close()
+
+
 def test_nothing_is_known_any_more_of_who_has_left(setup, rest, targets, people):
     loop = Loop(setup)
     (reach,) = reaches(targets, people, rest, 1)
@@ -358,6 +395,26 @@ def test_a_watch_sees_rest_and_reaches(targets, people, rest):
     assert found[0].body.arm.upper_m == pytest.approx(rest.body.arm.upper_m, abs=0.002)
     # And the loop takes both.
     assert person.reached(reach) == KEY
+
+
+@pytest.mark.parametrize(
+    ("hidden", "usable"),
+    [(range(200, 220), True), (range(200, 240), False), (range(240, 400), False)],
+)
+def test_a_reach_of_which_too_little_is_seen_is_not_learnt(targets, people, rest, hidden, usable):
+    """An elbow behind something: 80 ms are made up for, not 160, nor the end of the reach."""
+    person = HybridPerson(targets, people)
+    person.at_rest(rest)
+    watch = ArmWatch("right", targets, PredictorConfig(), HybridConfig())
+    predictor, found = ReachPredictor(), []
+    for number, sample in enumerate(samples_of(rest, person.tasks[KEY].path.values)):
+        valid = np.array([True, number not in hidden, True, True])
+        seen = replace(sample, valid=valid)
+        predictor.observe(seen)
+        watch.observe(seen, predictor)
+        found += watch.questions()
+    assert any(isinstance(each, SeenReach) for each in found) == usable
+    assert watch.unusable == (not usable)
 
 
 def test_late_and_repeated_samples_do_no_harm(targets, people, rest):

@@ -11,6 +11,7 @@ from hypothesis.extra.numpy import arrays
 
 from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.geometry.warping import warped_distance, warping_path
+from hri_prediction.motor_control import ioc
 from hri_prediction.motor_control.costs import CHAPTER_2, CHAPTER_3, shares
 from hri_prediction.motor_control.ioc import explain, simplex_step
 from hri_prediction.motor_control.law import WeightLaw, explained, fit_law, mean_postures
@@ -42,6 +43,18 @@ def test_weights_are_found_again(solver, rng, names):
         assert found.solves <= 25
         assert found.distance_m < 1e-5
         assert (found.distance_m <= found.single_m).all()
+
+
+def test_expected_weights_that_have_no_optimum_are_no_end(solver, monkeypatch):
+    alpha, start = np.array([0.3, 0.4, 0.1, 0.2]), np.array([0.1, 0.2, 0.3, 0.4])
+    tried = ioc._Search.tried
+
+    def fails(self, at, *more):
+        return None if np.array_equal(at, start) else tried(self, at, *more)
+
+    monkeypatch.setattr(ioc._Search, "tried", fails)
+    found = explain(solver, observed(solver, problem(30), alpha), start=start)
+    np.testing.assert_allclose(found.alpha, alpha, atol=1e-3)
 
 
 def test_one_cost_alone_is_recognised(solver):

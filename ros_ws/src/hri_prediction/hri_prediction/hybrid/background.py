@@ -166,6 +166,14 @@ def _work(connection: Connection) -> None:
         os.nice(_NICE)
     loop = Loop(setup)
     connection.send(_READY)
+    try:
+        _serve(loop, connection)
+    finally:
+        loop.close()  # what could not be kept so far may be kept now
+
+
+def _serve(loop: Loop, connection: Connection) -> None:
+    """Until nobody asks any more."""
     ended = False
     while not ended:
         questions: list[Question | None] = []

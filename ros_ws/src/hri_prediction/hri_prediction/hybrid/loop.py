@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import traceback
 from collections import deque
@@ -194,23 +195,26 @@ class Loop:
             waiting = person.to_explain()
             if not waiting:
                 continue
-            if forgotten := self._forget_deleted(name):
-                return forgotten
             key = waiting[0]
             try:
+                if forgotten := self._forget_deleted(name):
+                    return forgotten
                 found = person.explain(key)
+                # It takes a while, in which folders may be moved.
+                forgotten = self._forget_deleted(name)
             except Exception as error:  # the path stays unexplained until more is known
                 return [Trouble(name, f"{key.name} is not explained: {_told(error)}")]
-            # It takes a while, in which folders may be moved.
-            forgotten = self._forget_deleted(name)
             return forgotten or [Explained(name, key.side, found), *self._kept_or_not(name, key)]
         return []
 
     def close(self) -> None:
         """Leave people to others, who may learn them from now on."""
         for name in list(self._unsaved):
-            if name in self._claims and not self._forget_deleted(name):
-                self._kept_or_not(name, next(iter(self._unsaved[name])))
+            with contextlib.suppress(
+                HriError, OSError
+            ):  # a folder that cannot be looked at any more
+                if name in self._claims and not self._forget_deleted(name):
+                    self._kept_or_not(name, next(iter(self._unsaved[name])))
         for claim in self._claims.values():
             os.close(claim)
         self._claims.clear()

@@ -257,6 +257,7 @@ class HybridPerson:
         self._prepare(key, reach.body, geometry)
         task = self.tasks[key]
         self.tasks[key] = self.rules.updated(task, reach.phases, reach.values, reach.duration_s)
+        self.guessed_sd.pop(key, None)
         return key
 
     # ------------------------------------------------------------------ why

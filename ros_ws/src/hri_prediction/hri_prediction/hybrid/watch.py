@@ -11,6 +11,7 @@ from hri_prediction.errors import DataError
 from hri_prediction.hybrid.body import BodyArm, facing_towards
 from hri_prediction.hybrid.config import HybridConfig
 from hri_prediction.hybrid.person import Rest, SeenReach
+from hri_prediction.motor_control.seen import MAX_GAP_S
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.library import demonstration
 from hri_prediction.prediction.predictor import ReachPredictor
@@ -129,6 +130,7 @@ class ArmWatch:
         try:
             track = ArmTrack(times, points[inside], side=self.side)
             duration_s = 1e-9 * (end_ns - onset_ns)
+            _check_seen(track, duration_s)
             demo = demonstration(track, 0.0, duration_s, self._predictor.demonstration_points)
             first, last = self._nearest(track, 0.0), self._nearest(track, duration_s)
         except DataError:
@@ -143,7 +145,10 @@ class ArmWatch:
         seen = np.flatnonzero(np.isfinite(track.keypoints[:, :3]).all(axis=(1, 2)))
         if not len(seen):
             raise DataError("shoulder, elbow and wrist are never seen together")
-        row = seen[np.abs(track.time_s[seen] - time_s).argmin()]
+        off_s = np.abs(track.time_s[seen] - time_s)
+        row = seen[off_s.argmin()]
+        if off_s.min() > MAX_GAP_S:
+            raise DataError(f"the arm is not seen within {off_s.min():.2f} s of {time_s:.2f} s")
         return self._whole(track.keypoints[row])
 
     def _whole(self, points: Array) -> Array:
@@ -183,3 +188,20 @@ class ArmWatch:
             except DataError:
                 return None
         return self._body
+
+
+def _check_seen(track: ArmTrack, duration_s: float) -> None:
+    """Whether shoulder, elbow and wrist were seen all the time from 0 to an end [s]: no gap is made up for.
+
+    Raises:
+        DataError: one of them was not.
+    """
+    for keypoint in range(3):
+        seen = np.isfinite(track.keypoints[:, keypoint]).all(axis=1)
+        times = np.clip(track.time_s[seen], 0.0, duration_s)
+        gap_s = float(np.diff(times, prepend=0.0, append=duration_s).max())
+        if gap_s > MAX_GAP_S:
+            raise DataError(
+                f"keypoint {keypoint} is not seen for {gap_s:.2f} s",
+                expected=f"gaps of {MAX_GAP_S} s at most",
+            )

@@ -249,8 +249,8 @@ def explain(
         names: Costs that may have a part in it.
         scaling: How costs are brought to one range.
         start: Alpha to begin with, such as that of the person's last reach of this kind; none: all
-            the same. Where the best cost alone is nearer than what is found from there, it begins anew
-            with that.
+            the same. Where that has no optimum, it begins with the best cost alone; where the best cost
+            alone is nearer than what is found, it begins anew with that.
 
     Raises:
         ConfigError: names or scaling are none.
@@ -262,10 +262,12 @@ def explain(
     search = _Search(solver, observed, names, factors)
     vertices = search.vertices()
     centre = np.full(len(names), 1.0 / len(names)) if start is None else check_simplex(start, names)
-    best = search.descend(search.at(centre), EUCLIDEAN_STEPS, warped=False)
+    nearest = min((v for v in vertices if v is not None), key=lambda v: v.distance_m, default=None)
+    # Weights that were expected may have no optimum.
+    first = search.at(centre) if nearest is None else search.tried(centre) or nearest
+    best = search.descend(first, EUCLIDEAN_STEPS, warped=False)
     best = search.descend(best, WARPED_STEPS, warped=True)
-    nearest = min((v for v in vertices if v is not None), key=lambda v: v.distance_m, default=best)
-    if nearest.distance_m < best.distance_m:
+    if nearest is not None and nearest.distance_m < best.distance_m:
         best = search.descend(nearest, WARPED_STEPS, warped=True)
     _, jacobian = search.derivatives(best)
     return Explanation(

@@ -157,7 +157,10 @@ def _minimise(scaled: Sequence[FloatArray], penalty: float) -> tuple[FloatArray,
         damping = _DAMPING * max(float(np.trace(curvature)) / count, 1.0)
         factor = cholesky(curvature + damping * np.eye(count))  # upper: curvature = Rᵀ R
         aim = factor @ weights - solve_triangular(factor, gradient, trans="T")
-        step = nnls(factor, aim)[0] - weights
+        try:
+            step = nnls(factor, aim, maxiter=30 * count)[0] - weights
+        except RuntimeError as error:
+            raise DataError(f"no step of the search for weights: {error}") from error
         fall, share = float(gradient @ step), 1.0
         if -fall <= np.finfo(float).eps * max(abs(value), 1.0):
             return weights, value  # what a step promises is less than the value can tell
