@@ -243,7 +243,7 @@ class AdaptationNode(HriNode):
             self._enter(OVER, now_ns, "all trials are done")
             self.get_logger().info(f"over after {len(self.session.state.results)} trials")
             return
-        self._reason = self._requests.missing()
+        self._reason = self._requests.not_ready()
         mean = self.session.state.policy
         if self._reason or not self._requests.has(mean, self._trial.number):
             return

@@ -85,8 +85,8 @@ class PolicyRequests:
         due = self._result is not None and self.begins_ns and self._stage not in _MOVES
         return not due or bool(self._result.done())
 
-    def missing(self) -> str:
-        """Which of the policy node's offers is not there, or that it is not free; empty: all is well."""
+    def not_ready(self) -> str:
+        """Why the policy node takes no policy yet: it is not there, or not free; empty: it does."""
         if self._stage in _MOVES and self._node.now_ns() - self._heard_ns <= _MOVES_NS:
             # As when who sent it was killed: a policy is taken by a node that moves nothing.
             return "the policy node still moves the robot"

@@ -210,9 +210,8 @@ class Loop:
     def close(self) -> None:
         """Leave people to others, who may learn them from now on."""
         for name in list(self._unsaved):
-            with contextlib.suppress(
-                HriError, OSError
-            ):  # a folder that cannot be looked at any more
+            # A folder may be one that cannot be looked at any more.
+            with contextlib.suppress(HriError, OSError):
                 if name in self._claims and not self._forget_deleted(name):
                     self._kept_or_not(name, next(iter(self._unsaved[name])))
         for claim in self._claims.values():
