@@ -53,11 +53,11 @@ class Launched:
 
     def wait_for(self, word: str, timeout_s: float = 40.0) -> None:
         """Until it has printed a word."""
-        self._wait(lambda: word in self.text, timeout_s)
+        self.wait_until(lambda: word in self.text, timeout_s)
 
     def wait_for_trials(self, count: int, timeout_s: float = 120.0) -> None:
         """Until so many trials of an experiment are done."""
-        self._wait(lambda: len(self.trials()) >= count, timeout_s)
+        self.wait_until(lambda: len(self.trials()) >= count, timeout_s)
 
     def trials(self) -> list[dict[str, str]]:
         """Trials of an experiment, as its table has them."""
@@ -67,7 +67,8 @@ class Launched:
         except FileNotFoundError:
             return []
 
-    def _wait(self, done: Callable[[], bool], timeout_s: float) -> None:
+    def wait_until(self, done: Callable[[], bool], timeout_s: float = 40.0) -> None:
+        """Until something is so while it runs."""
         end = time.monotonic() + timeout_s
         while not done():
             assert self.process.poll() is None, self.text
@@ -94,6 +95,14 @@ def addresses(node: psutil.Process) -> set[str]:
             break
         time.sleep(0.1)
     return found
+
+
+def dropped(node: psutil.Process) -> int:
+    """Datagrams that the system had for a process and threw away, because its sockets were full."""
+    ports = {c.laddr.port for c in node.net_connections("udp4")}
+    table = Path("/proc/net/udp").read_text().splitlines()[1:]
+    rows = [line.split() for line in table]
+    return sum(int(row[-1]) for row in rows if int(row[1].partition(":")[2], 16) in ports)
 
 
 def wait_until_moving(launched: Launched, speed: float = 0.3, timeout_s: float = 60.0) -> None:

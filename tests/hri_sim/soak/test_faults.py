@@ -36,13 +36,32 @@ def test_what_is_drawn() -> None:
     drawn = [fault for _ in range(2000) if (fault := own.next())]
     assert {fault.kind for fault in drawn} == set(WORDS)
     for group in GROUPS.values():  # evenly by groups
-        assert sum(fault.kind in group for fault in drawn) == pytest.approx(500, abs=80)
+        assert sum(fault.kind in group for fault in drawn) == 500
     for fault in drawn:
         assert (fault.node in NODES) == (fault.kind in (KILL, PAUSE))
         if fault.kind == PAUSE:
             assert PAUSE_S[0] <= fault.seconds <= PAUSE_S[1]
         assert (fault.seconds == 0.0) == (fault.kind in (KILL, *GROUPS["goals"]))
     assert np.mean([fault.wait_s for fault in drawn]) == pytest.approx(10.0, rel=0.1)
+
+
+def group_of(kind: str) -> str:
+    return next(name for name, kinds in GROUPS.items() if kind in kinds)
+
+
+def test_each_round_has_all_groups_and_the_first_begins_with_a_kill() -> None:
+    rounds = set()
+    for seed in range(20):
+        own = plan(chosen_kinds("all"), seed)
+        groups = [group_of(fault.kind) for _ in range(80) if (fault := own.next())]
+        assert groups[0] == "kills"
+        for begin in range(0, 80, 4):
+            assert sorted(groups[begin : begin + 4]) == sorted(GROUPS)
+        rounds.add(tuple(groups[4:8]))
+    assert len(rounds) > 5
+    without = plan(chosen_kinds("pauses,goals"))
+    first = [group_of(fault.kind) for _ in range(2) if (fault := without.next())]
+    assert sorted(first) == ["goals", "pauses"]
 
 
 def test_nobody_is_killed_when_that_is_over() -> None:

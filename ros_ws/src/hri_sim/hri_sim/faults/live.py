@@ -68,6 +68,8 @@ READY_S = 120.0
 """So long is waited for nodes to be well, at the start and after a fault [s]."""
 SLOW_S = 20.0
 """Who is not well again by then is named in the table [s]."""
+SET_OUT_S = 60.0
+"""So long is tried to have the robot in mid-motion [s]."""
 MENTIONED = 3
 """So many of the things that were said instead of what was wanted are kept."""
 
@@ -268,16 +270,37 @@ class LiveGraph(Closing):
         Raises:
             GraphError: when the robot does not set out.
         """
-        for _ in range(6):
+        end_s, kept = time.monotonic() + SET_OUT_S, ""
+        while time.monotonic() < end_s:
             self._set_out()
             self.spin(10.0, lambda: self.speed() > 0.1)
             self.spin(rng.uniform(0.0, latest_s))
-            # On a busy machine what is heard may be old: then nobody knows.
-            now_s = time.time()
-            goes_on = self.mover != "ptomp" or self._planned_until_s - now_s > LEFT_S
-            if self.speed() > REST and now_s - self.speeds[-1][0] < FRESH_S and goes_on:
+            kept = self._not_under_way(time.time())
+            if not kept:
                 return
-        raise GraphError("the robot does not set out")
+        goal = self.goal.outcome if self.goal is not None else ""
+        said = _or_nothing([*dict.fromkeys(text for _, text in self.reasons)])
+        raise GraphError(
+            f"the robot does not set out within {SET_OUT_S:.0f} s: {kept}; "
+            f"the last goal: {goal or 'not over'}; said meanwhile: {said}"
+        )
+
+    def _not_under_way(self, now_s: float) -> str:
+        """Why nobody can say that the robot is in mid-motion; empty when it is.
+
+        Args:
+            now_s: The present [s].
+        """
+        if not self.speeds:
+            return "no joint states since it was to set out"
+        # On a busy machine what is heard may be old: then nobody knows.
+        if (old_s := now_s - self.speeds[-1][0]) >= FRESH_S:
+            return f"joint states are {old_s:.3f} s old"
+        if self.speed() <= REST:
+            return f"its fastest joint goes at {self.speed():.3f} rad/s"
+        if self.mover == "ptomp" and (left_s := self._planned_until_s - now_s) <= LEFT_S:
+            return f"its plan goes on for {left_s:.2f} s"
+        return ""
 
     def _set_out(self) -> None:
         """Send the robot to the farther one of its targets.

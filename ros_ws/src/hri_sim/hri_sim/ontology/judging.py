@@ -48,7 +48,7 @@ class Extent:
 
 
 FULL_EXTENT = Extent(DyadStudy(), 100, 20, 120.0)
-SMOKE_EXTENT = Extent(SMOKE, 2, 1, 30.0)
+SMOKE_EXTENT = Extent(SMOKE, 2, 1, 15.0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -84,7 +84,9 @@ def chosen_kinds(asked: str) -> tuple[str, ...]:
 class FaultPlan:
     """Draws faults.
 
-    Groups are drawn evenly, then kinds within them, then the node.
+    Groups come in rounds, each once and in an order that is drawn, so that a short soak has some of all;
+    within them the kind is drawn, then the node. Kills come first in the first round: they may be over
+    after half the time, in which a busy machine gets through few faults.
 
     Args:
         rng: Source of all randomness.
@@ -104,6 +106,8 @@ class FaultPlan:
         self._groups = [
             own for group in GROUPS.values() if (own := [kind for kind in group if kind in kinds])
         ]
+        self._round: list[list[str]] = []
+        self._first = True
         self._nodes = list(nodes)
         self._mean_wait_s = mean_wait_s
 
@@ -113,11 +117,11 @@ class FaultPlan:
         Args:
             kills: Whether nodes may be killed now.
         """
-        groups = [group for group in self._groups if kills or group != [KILL]]
-        if not groups:
+        if not any(self._may_come(group, kills) for group in self._groups):
             return None
         rng = self._rng
-        group = groups[int(rng.integers(len(groups)))]
+        while not self._may_come(group := self._next_group(), kills):
+            pass
         kind = group[int(rng.integers(len(group)))]
         node = self._nodes[int(rng.integers(len(self._nodes)))]
         lasts = {PAUSE: PAUSE_S, **dict.fromkeys(GROUPS["mocap"], MOCAP_S)}.get(kind, (0.0, 0.0))
@@ -128,3 +132,17 @@ class FaultPlan:
             into_motion_s=float(rng.uniform(*INTO_MOTION_S)),
             seconds=float(rng.uniform(*lasts)),
         )
+
+    @staticmethod
+    def _may_come(group: list[str], kills: bool) -> bool:
+        return kills or group != [KILL]
+
+    def _next_group(self) -> list[str]:
+        """The next one of this round, or the first one of a new round."""
+        if not self._round:
+            order = self._rng.permutation(len(self._groups))
+            self._round = [self._groups[index] for index in order]
+            if self._first:
+                self._round.sort(key=lambda group: group != [KILL])
+                self._first = False
+        return self._round.pop(0)
