@@ -1,5 +1,8 @@
 """The first guess: the arm as the world sees it, and the path of least cost aligned to it."""
 
+import dataclasses
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,6 +10,7 @@ from hypothesis import strategies as st
 
 from hri_prediction.errors import DataError
 from hri_prediction.hybrid.body import CONVENTION, BodyArm, facing_towards
+from hri_prediction.hybrid.config import HybridConfig
 from hri_prediction.hybrid.prior_path import Geometry, optimal_path, straight_path
 from hri_prediction.motor_control.arm_model import ArmModel
 from hri_prediction.motor_control.costs import CHAPTER_2
@@ -107,3 +111,14 @@ def test_people_face_their_targets():
     shoulder = np.array([0.7, 0.0, 0.4])
     targets = np.array([[0.3, 0.2, 0.2], [0.4, -0.1, 0.2]])
     assert abs(facing_towards(shoulder, targets)) == pytest.approx(np.pi)
+
+
+def test_the_page_has_all_that_is_taken_for_granted():
+    page = Path(__file__).parents[3] / "docs" / "hybrid.md"
+    lines = [line for line in page.read_text().splitlines() if line.startswith("| `guess.")]
+    wanted = []
+    for field in dataclasses.fields(HybridConfig):
+        unit = f" {field.metadata['unit']}" if field.metadata["unit"] else ""
+        doc = field.metadata["doc"]
+        wanted.append(f"| `guess.{field.name}` | {field.default:g}{unit} | {doc} |")
+    assert [line for line in lines if "`guess.*`" not in line] == wanted

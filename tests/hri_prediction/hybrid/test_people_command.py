@@ -105,6 +105,14 @@ def test_weights_are_fitted_to_results(tmp_path, capsys):
     assert "these reaches were cut" in said.err
     assert load_process(out).names == tuple(costs)
     assert json.loads(out.read_text())["origin"] == "twelve of Ann"
+    # Weights that a predictor may name are not replaced unasked.
+    assert fit_command.main([str(results), "--out", str(out)]) == 1
+    assert "add --overwrite" in capsys.readouterr().err
+    assert fit_command.main([str(results), "--out", str(out.parent)]) == 1
+    assert "is a folder" in capsys.readouterr().err
+    assert json.loads(out.read_text())["origin"] == "twelve of Ann"
+    assert fit_command.main([str(results), "--out", str(out), "--overwrite"]) == 0
+    assert json.loads(out.read_text())["origin"] == "12 single reaches, results.json"
 
 
 def test_whole_people_are_left_out(tmp_path, capsys):

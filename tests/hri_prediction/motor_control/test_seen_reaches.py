@@ -113,6 +113,22 @@ def test_gaps_are_bridged_or_refused(solver, rng):
         arm_of([ArmTrack(track.time_s, points)])
 
 
+def test_a_reach_is_where_its_arm_is_seen(solver, rng):
+    track, onset, end = recorded(solver, 4, rng)
+    unseen = (track.time_s < onset + 0.08) | (track.time_s > end - 0.08)
+    points = np.array(track.keypoints)
+    points[unseen] = np.nan
+    times = track.time_s[~unseen]
+    part = ArmTrack(track.time_s, points, side="right")
+    seen = observe(part, onset, end, solver.arm, facing_rad=0.5 * np.pi, trim=False)
+    assert seen.problem.duration == pytest.approx(times[-1] - times[0])
+    whole = observe(track, onset, end, solver.arm, facing_rad=0.5 * np.pi, trim=False)
+    for time_s, q in ((times[0], seen.problem.q_start), (times[-1], seen.problem.q_end)):
+        phase = (time_s - onset) / (end - onset)
+        truth = [np.interp(phase, whole.phases, angles) for angles in whole.angles.T]
+        np.testing.assert_allclose(q, truth, atol=np.radians(0.1))
+
+
 def jobs(solver, count):
     return [Job(i, observed(solver, problem(11 * i), ALPHA), solver.arm) for i in range(count)]
 
@@ -249,6 +265,11 @@ def test_command_line(solver, rng, tmp_path, capsys):
     assert [row["name"] for row in results["reaches"]] == ["ann right task0", "ann right task40"]
     assert len((out / "reaches.jsonl").read_text().splitlines()) == 6  # what was there is kept
     assert "hand [cm]" in capsys.readouterr().out  # no markup of the terminal
+    # What there is stays until there is something new.
+    gone = [str(tmp_path / "gone.npz"), "--out", str(out), "--overwrite"]
+    assert main(gone) == 1
+    assert json.loads((out / "results.json").read_text()) == results
+    capsys.readouterr()
     (out / "results.json").write_text("[]")
     assert main(arguments) == 1
     assert "no result of this command" in capsys.readouterr().err
@@ -279,6 +300,44 @@ def test_files_without_reaches_are_refused(tmp_path, capsys):
     assert "no reach" in capsys.readouterr().err
     assert main([str(tmp_path / "none.npz"), "--out", str(tmp_path / "out")]) == 1
     assert "none.npz" in capsys.readouterr().err
+
+
+def test_what_cannot_be_used_is_named_and_counted(solver, rng):
+    """A reach of which too little is seen is still the first of its recording; so is one without any."""
+    first, onset, end = recorded(solver, 5, rng, task="cup", trial=0)
+    shift = first.time_s[-1] + 0.01
+    time_s = np.concatenate([first.time_s, shift + first.time_s])
+    points = np.concatenate([first.keypoints, first.keypoints[::-1]])
+    both = replace(first, time_s=time_s, keypoints=points)
+    hidden = points.copy()
+    hidden[(time_s > onset - 0.1) & (time_s < end + 0.1), 1] = np.nan  # the elbow
+    still = np.repeat(first.keypoints[:1], len(first.time_s), axis=0)
+    recordings = [
+        make_recording(track, SegmentationConfig())
+        for track in (
+            both,
+            replace(both, keypoints=hidden, trial=1),
+            replace(first, keypoints=still, trial=2),
+        )
+    ]
+    assert [recording.numbers for recording in recordings] == [(0, 1), (1,), ()]
+    people = People("90", 1.75, 70.0, solver.arm.convention, False)
+    found, skipped = collect(recordings, people)
+    assert sorted(each.task for each in found) == ["cup.0", "cup.1", "cup.1"]
+    assert skipped[0].startswith("ann right cup 1: reach 0, from")
+    assert skipped[1] == "ann right cup 2: no reach is found in it"
+
+
+def test_who_shows_no_hand_tip_is_asked_where_people_face(solver, rng):
+    track, _, _ = recorded(solver, 5, rng)
+    points = np.array(track.keypoints)
+    points[:, 3] = np.nan
+    recording = make_recording(replace(track, keypoints=points), SegmentationConfig())
+    found, skipped = collect([recording], People("auto", 1.75, 70.0, solver.arm.convention, False))
+    assert found == []
+    assert "--facing DEGREES" in skipped[0]
+    found, _ = collect([recording], People("90", 1.75, 70.0, solver.arm.convention, False))
+    assert len(found) == 1
 
 
 def test_all_reaches_of_a_person_are_seen_to_face_the_same_way(solver, rng):

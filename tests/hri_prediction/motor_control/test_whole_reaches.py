@@ -158,3 +158,24 @@ def test_no_rest_is_no_whole_reach(solver, rng):
         look(replace(track, keypoints=still), end)
     with pytest.raises(DataError, match="nothing is seen"):
         observe_whole(track, 50.0, 51.0, solver.arm, facing_rad=FACING)
+
+
+@pytest.mark.parametrize("hidden_s", [(0.33, 0.0), (0.0, 0.33)])
+def test_rest_that_was_not_seen_is_no_rest(solver, rng, hidden_s):
+    """Times are those of samples, also where the arm is first seen a little after a reach's label."""
+    track, onset, end = recorded(solver, 13, rng)
+    whole = observe_whole(track, onset, end, solver.arm, facing_rad=FACING)
+    seen = (track.time_s >= hidden_s[0]) & (track.time_s <= track.time_s[-1] - hidden_s[1])
+    points = np.where(seen[:, None, None], track.keypoints, np.nan)
+    part = replace(track, keypoints=points)
+    # Labels are off by less than what gaps may be.
+    found = observe_whole(
+        part, onset - 0.08 * (hidden_s[0] > 0.0), end + 0.08 * (hidden_s[1] > 0.0), solver.arm,
+        facing_rad=FACING,
+    )  # fmt: skip
+    assert found.begin_s == pytest.approx(whole.begin_s, abs=0.01)
+    length = found.seen.problem.duration
+    known = track.time_s[seen]
+    begin = found.begin_s - found.span[0] * length
+    assert begin >= known[0] - 1e-6
+    assert begin + length <= known[-1] + 1e-6

@@ -364,6 +364,30 @@ def test_movements_that_are_refused_are_counted(
     assert told["sessions"] == 2
 
 
+def test_dyads_that_are_broken_off_leave_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """So that the same command can be given again, as it says."""
+    arguments = ("--out", tmp_path / "dyads", "--case", 1, "--encounters", 1)
+    record, count = simulate_dyads.record_session, 0
+
+    def stopped(*given: object) -> object:
+        nonlocal count
+        count += 1
+        if count == 2:
+            raise KeyboardInterrupt
+        return record(*given)  # type: ignore[arg-type]
+
+    with monkeypatch.context() as patched:
+        patched.setattr(simulate_dyads, "record_session", stopped)
+        assert run(simulate_dyads, *arguments) == 130
+    assert "nothing of it is kept" in capsys.readouterr().out
+    assert list((tmp_path / "dyads").iterdir()) == []
+    assert [path.name for path in tmp_path.iterdir()] == ["dyads"]
+    assert run(simulate_dyads, *arguments) == 0
+    assert "sessions.yaml" in {path.name for path in (tmp_path / "dyads").iterdir()}
+
+
 @pytest.mark.parametrize(
     ("command", "arguments", "said"),
     [

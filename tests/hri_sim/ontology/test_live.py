@@ -18,6 +18,7 @@ def told(
     end_ms: int = 0,
     newest_ms: int = 1195,
     until_ms: int = 1000,
+    group: int = 3,
 ) -> Heard:
     """Of a movement that began after 0.1 s; of one that is over where an end is given."""
     return Heard(
@@ -25,6 +26,7 @@ def told(
         end_ms > 0,
         first,
         number,
+        group,
         100 * MS,
         end_ms * MS,
         newest_ms * MS,
@@ -86,10 +88,26 @@ def test_what_was_never_told_before_counts_from_the_end_message() -> None:
 
 def test_a_monitor_that_is_always_wrong_is_not_right() -> None:
     """However soon it says what it says in the end."""
-    found = figures_of([told(1010, 2, newest_ms=1005), told(1200, 2, end_ms=1000)])
+    found = figures_of([told(1010, 2, newest_ms=1005), told(1200, 2, end_ms=1000, group=2)])
     assert found.same == 1.0
     assert (found.right, found.class_right) == (0.0, 0.0)
     assert "in for 0 % of them" in "\n".join(live_lines(live_summary(found)))
+
+
+def test_the_class_is_the_one_that_was_told() -> None:
+    """It gathers the probabilities of its cases: the likeliest case need not be one of them."""
+    found = figures_of([told(1200, 2, end_ms=1000, group=3), told(1300, 3, end_ms=1000, group=6)])
+    assert (found.right, found.class_right) == (0.5, 0.5)
+    other = figures_of([told(1200, 2, end_ms=1000, group=3)])
+    assert (other.right, other.class_right) == (0.0, 1.0)
+
+
+def test_movements_that_were_refused_are_counted() -> None:
+    refused = replace(told(1300, 0, end_ms=1250, group=0), complete=False, onset_ns=1200 * MS)
+    found = figures_of([told(1200, 3, end_ms=1000), refused])
+    assert (found.movements, found.refused) == (1, 1)
+    assert "1 others were refused" in "\n".join(live_lines(live_summary(found)))
+    assert figures_of([refused]).movements == 0
 
 
 def test_nothing_heard() -> None:

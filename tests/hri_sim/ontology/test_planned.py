@@ -42,7 +42,9 @@ def test_the_effect_is_of_the_same_reaches() -> None:
     assert (found["ok_without"], found["ok_with"]) == (1.0, 0.5)
     text = "\n".join(effect_lines(ways, ["case_3"]))
     assert "| case_3 | 2 | 3.0 cm | -15.0 % | 100 % |" in text
-    assert "| none, another seed | – | 0.6 cm | – |" in text
+    # What changes anyway, by the same measures.
+    assert planned.anyway(ways, "case_3")["cost_percent"] == pytest.approx(-25.0)
+    assert "| none, another seed, by case_3 | – | 0.6 cm | -25.0 % | 50 % | +0.6 cm |" in text
 
 
 def test_costs_are_crossed_with_those_of_other_cases() -> None:

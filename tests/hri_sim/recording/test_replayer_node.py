@@ -1,5 +1,8 @@
 from __future__ import annotations
 
+import os
+import signal
+import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -195,6 +198,32 @@ def test_the_command_plays_and_ends(
     assert replay_mocap.main([str(track_file), "--trial", "7"]) == 1
     assert "from 0 to 0" in capfd.readouterr().err
     assert replay_mocap.main(["/no/such/file.npz"]) == 1
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_the_command_ends_in_mid_motion(
+    rig: Rig, track_file: Path, monkeypatch: pytest.MonkeyPatch, capfd, number: signal.Signals
+) -> None:
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(DOMAIN))
+    arms = rig.listen(HumanArm, "/humans/bodies/person1/arm", SENSOR)
+    before = signal.getsignal(number)
+
+    def end_it() -> None:
+        try:
+            rig.spin_until(lambda: len(arms) > 3)
+        finally:
+            os.kill(os.getpid(), number)
+
+    other = threading.Thread(target=end_it)
+    other.start()
+    assert replay_mocap.main([str(track_file), "--rate", "0.05", "--loop", "--no-truth"]) == 0
+    other.join()
+    assert len(arms) > 3
+    assert signal.getsignal(number) == before
+    said = capfd.readouterr().err
+    assert "playing ann" in said
+    assert "Traceback" not in said
+    assert "invalid" not in said
 
 
 @pytest.mark.parametrize(

@@ -41,6 +41,9 @@ class Recording:
         found: What the segmentation finds; predictors learn from these.
         teaches: Whether others' predictors may learn from it.
         judged: Whether its own reaches are predicted.
+        numbers: Of ``reaches``, in the order in which the track has them, from 0; those that are not usable
+            are counted.
+        refused: A line for each of those.
     """
 
     track: ArmTrack
@@ -50,18 +53,28 @@ class Recording:
     found: tuple[Reach, ...]
     teaches: bool = True
     judged: bool = True
+    numbers: tuple[int, ...] = ()
+    refused: tuple[str, ...] = ()
 
 
-def usable_reaches(track: ArmTrack, reaches: Sequence[Reach], points: int) -> tuple[Reach, ...]:
-    """Those reaches in which shoulder, elbow and wrist are seen often enough to be judged."""
-    usable = []
-    for reach in reaches:
+def usable_reaches(
+    track: ArmTrack, reaches: Sequence[Reach], points: int
+) -> tuple[dict[int, Reach], tuple[str, ...]]:
+    """Those reaches, by number, in which shoulder, elbow and wrist are seen often enough to be judged.
+
+    Returns:
+        These, and a line for each of the others.
+    """
+    usable, refused = {}, []
+    for number, reach in enumerate(reaches):
         try:
             demonstration(track, reach.onset_s, reach.end_s, points)
-        except DataError:
+        except DataError as error:
+            when = f"from {reach.onset_s:.2f} to {reach.end_s:.2f} s"
+            refused.append(f"reach {number}, {when}: {error}")
             continue
-        usable.append(reach)
-    return tuple(usable)
+        usable[number] = reach
+    return usable, tuple(refused)
 
 
 def make_recording(
@@ -84,8 +97,11 @@ def make_recording(
         judged: Likewise.
     """
     cut = find_reaches(track.time_s, track.keypoints[:, 2], segmentation)
-    found = usable_reaches(track, cut, 5)
-    reaches = found if labels is None else usable_reaches(track, labels, 5)
+    found, refused = usable_reaches(track, cut, 5)
+    usable = found
+    if labels is not None:
+        usable, refused = usable_reaches(track, labels, 5)
+    reaches = tuple(usable.values())
     durations = []
     for reach in reaches:
         ratio = label_speed
@@ -93,7 +109,17 @@ def make_recording(
             ratio = segmentation.onset_speed / peak_speed(track, reach, segmentation)
         durations.append(float(from_rest_to_rest(reach.duration_s, ratio)))
     source = CUTS if labels is None else LABELS if label_speed > 0.0 else TRUTH
-    return Recording(track, reaches, tuple(durations), source, found, teaches, judged)
+    return Recording(
+        track,
+        reaches,
+        tuple(durations),
+        source,
+        tuple(found.values()),
+        teaches,
+        judged,
+        tuple(usable),
+        refused,
+    )
 
 
 def load_recordings(path: str | Path, segmentation: SegmentationConfig) -> list[Recording]:

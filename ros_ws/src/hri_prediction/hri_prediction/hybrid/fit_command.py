@@ -12,7 +12,7 @@ from typing import Annotated
 
 import typer
 
-from hri_prediction.errors import DataError, HriError
+from hri_prediction.errors import ConfigError, DataError, HriError
 from hri_prediction.files.values import read_json
 from hri_prediction.hybrid.fitting import (
     LEAST_REACHES,
@@ -135,6 +135,9 @@ def fit_weights(
         ),
     ] = "",
     seed: Annotated[int, typer.Option(help="Of the starts of the search.", min=0)] = 0,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace the weights that --out has.")
+    ] = False,
 ) -> None:
     """Fit Gaussian processes to explained reaches: which weights of costs to expect between two postures.
 
@@ -144,6 +147,12 @@ def fit_weights(
     --convention yaw_pitch_elbow_pitch, the arm that the predictor has. Needs scikit-learn:
     .venv/bin/python -m pip install -r requirements/training.txt
     """
+    if out.is_dir():
+        raise ConfigError(f"--out {out} is a folder", expected="a file")
+    if out.exists() and not overwrite:
+        raise ConfigError(
+            f"--out {out} is there already", hint="name another file, or add --overwrite"
+        )
     explained = read_results(results)
     data, what = explained.data, explained.what
     make_folders(out=out.parent)

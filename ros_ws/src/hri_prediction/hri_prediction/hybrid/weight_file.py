@@ -15,6 +15,7 @@ from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.files.content import read_text
 from hri_prediction.files.sealed import check_seal, sealed
 from hri_prediction.files.values import parse_json
+from hri_prediction.files.whole import write_whole
 from hri_prediction.hybrid.body import CONVENTION
 from hri_prediction.hybrid.weight_process import WeightData, WeightProcess
 from hri_prediction.motor_control.scaling import MAXIMUM
@@ -109,7 +110,8 @@ def save_process(
     }
     whole = sealed(content)
     lines = [f" {json.dumps(k)}: {json.dumps(v, allow_nan=False)}" for k, v in whole.items()]
-    path.write_text("{\n" + ",\n".join(lines) + "\n}\n")
+    text = "{\n" + ",\n".join(lines) + "\n}\n"
+    write_whole({path: lambda part: part.write_text(text)})
 
 
 def _shipped() -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
@@ -17,6 +17,7 @@ from rich.table import Table
 
 from hri_prediction.errors import ConfigError, DataError, HriError
 from hri_prediction.evaluation.recordings import Recording, load_recordings
+from hri_prediction.files.whole import write_whole
 from hri_prediction.motor_control.arm_model import ANATOMICAL, BODY_HEIGHT_M, BODY_MASS_KG
 from hri_prediction.motor_control.batch import Job, Kept, Outcome, correlated, explain_all
 from hri_prediction.motor_control.collected import AUTO, CollectedReach, People, collect
@@ -101,7 +102,7 @@ def write_results(
     content = {**settings, "origin": origin, "skipped": list(skipped), "reaches": rows}
     if laws is not None:
         content["laws"] = laws[0]
-    (out / RESULTS).write_text(json.dumps(content, indent=1, allow_nan=False) + "\n")
+    figures = json.dumps(content, indent=1, allow_nan=False) + "\n"
     failed = [f"- {each.name}: {each.error}" for each in outcomes if each.error]
     misfits = [100.0 * reach.observed.misfit_m for reach in reaches]
     done = [each.alpha for each in outcomes if not each.error]
@@ -134,9 +135,14 @@ def write_results(
         *(["", "Left out:\n", *(f"- {line}" for line in skipped)] if skipped else []),
         "",
     ]
-    (out / REPORT).write_text("\n".join(text))
+    files: dict[Path, Callable[[Path], object]] = {}
     if len(failed) < len(outcomes):
-        draw(outcomes, names, out / PICTURE)
+        files[out / PICTURE] = lambda path: draw(outcomes, names, path)
+    else:
+        (out / PICTURE).unlink(missing_ok=True)
+    files[out / REPORT] = lambda path: path.write_text("\n".join(text))
+    files[out / RESULTS] = lambda path: path.write_text(figures)
+    write_whole(files)
 
 
 def uncertain_line(whole: bool) -> str:
@@ -282,7 +288,7 @@ def fit_ioc(
             "mass_kg": mass,
             "smoke": smoke,
         }
-        check_used(out, (RESULTS, REPORT, PICTURE), settings, overwrite=overwrite)
+        check_used(out, RESULTS, settings, overwrite=overwrite)
         make_folders(out=out)
         origin = results_origin()
         with resumable(console, out), ProgressLine(console) as progress:

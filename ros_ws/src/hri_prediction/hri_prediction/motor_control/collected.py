@@ -70,14 +70,15 @@ def collect(
     """Bring recorded reaches to the arm models of the people who made them.
 
     Returns:
-        The reaches, and a line for each that cannot be used.
+        The reaches, and a line for each that cannot be used, and each track without any.
 
     Raises:
         ConfigError: ``facing`` is no angle.
         DataError: means are asked for of tracks that have no subject or no task.
     """
     by_person: dict[str, list[ArmTrack]] = defaultdict(list)
-    for recording in recordings:
+    persons = [_person(recording.track, index) for index, recording in enumerate(recordings)]
+    for recording, person in zip(recordings, persons, strict=True):
         track = recording.track
         if people.average and not (track.subject and track.task):
             raise DataError(
@@ -85,18 +86,21 @@ def collect(
                 expected="both, to know which reaches are repetitions of each other",
                 hint="leave out --average",
             )
-        by_person[_person(track)].append(track)
+        by_person[person].append(track)
     groups: dict[tuple[str, str, str, int], list[_Seen]] = defaultdict(list)
     of_group: dict[tuple[str, str, str, int], tuple[ArmModel, float]] = {}
     skipped = []
     arms: dict[tuple[str, str], ArmModel] = {}
     facings: dict[str, float] = {}
-    for recording in recordings:
+    for recording, person in zip(recordings, persons, strict=True):
         track = recording.track
-        person = _person(track)
-        for number, reach in enumerate(recording.reaches):
-            parts = (track.subject, track.side, track.task, f"{track.trial}.{number}")
-            name = " ".join(part for part in parts if part)
+        parts = (person, track.side, track.task)
+        trial = " ".join((*(part for part in parts if part), str(track.trial)))
+        skipped += [f"{trial}: {line}" for line in recording.refused]
+        if not recording.reaches and not recording.refused:
+            skipped.append(f"{trial}: no reach is found in it")
+        for number, reach in zip(recording.numbers, recording.reaches, strict=True):
+            name = f"{trial}.{number}"
             try:
                 if person not in facings:
                     facings[person] = _facing(by_person[person], people.facing)
@@ -156,15 +160,22 @@ def collect(
     return found, skipped
 
 
-def _person(track: ArmTrack) -> str:
+def _person(track: ArmTrack, index: int) -> str:
     """Who it is; of a track without a name, nobody else."""
-    return track.subject or track.source
+    return track.subject or track.source or f"recording {index}"
 
 
 def _facing(tracks: Sequence[ArmTrack], given: str) -> float:
     """Where a person faces in the axes of the recordings [deg]."""
     if given == AUTO:
-        return facing_deg(tracks, Placement())
+        try:
+            return facing_deg(tracks, Placement())
+        except DataError as error:
+            raise DataError(
+                f"{error.problem}: nobody knows where this person faces",
+                expected=error.expected,
+                hint="say it: --facing DEGREES, from x towards y",
+            ) from error
     try:
         angle = float(given)
     except ValueError:

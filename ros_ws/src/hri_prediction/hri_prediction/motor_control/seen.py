@@ -159,6 +159,8 @@ def observe(
             f"to {end_s:.2f} s, with a gap of {gaps.max():.2f} s",
             expected=f"10 times or more, without gaps of more than {MAX_GAP_S} s",
         )
+    # Splines say nothing of what is beyond the samples that they were made of.
+    onset_s, end_s = max(onset_s, float(times[0])), min(end_s, float(times[-1]))
     points = to_model(keypoints, facing_rad, track.side)
     angles = nearest_angles(points, arm, limits)
     spline = smoothing_spline(times, angles)

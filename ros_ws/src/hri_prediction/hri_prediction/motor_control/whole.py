@@ -12,7 +12,7 @@ from hri_prediction.motor_control.arm_model import ANATOMICAL, ArmModel, JointLi
 from hri_prediction.motor_control.kinematics import hand
 from hri_prediction.motor_control.observed import ObservedReach
 from hri_prediction.motor_control.problem import ReachProblem
-from hri_prediction.motor_control.seen import MAX_GAP_S, at_rest, observe, seen_between
+from hri_prediction.motor_control.seen import MARGIN_S, MAX_GAP_S, at_rest, observe, seen_between
 from hri_prediction.motor_control.span import Span
 from hri_prediction.tracks.bell import from_rest_to_rest, share_outside
 from hri_prediction.tracks.track import ArmTrack
@@ -82,7 +82,9 @@ def observe_whole(
     wide = observe(
         track, first, last, arm, facing_rad=facing_rad, limits=limits, trim=False, name=name
     )
-    at = first + wide.phases * (last - first)
+    # It begins with the first sample, where that is a little after what was asked for.
+    first = max(first, float(times[np.searchsorted(times, first - MARGIN_S)]))
+    at = first + wide.phases * wide.problem.duration
     begin, end, still = _ends(at, wide, (onset_s, end_s), what)
     # Another movement may begin right after it.
     start, finish = max(begin - REST_S, still[0]), min(end + REST_S, still[1])

@@ -101,8 +101,9 @@ def draw_around(
         count: How many.
         spread: Standard deviation of each joint where it is largest, in the middle (j,).
         rng: Draws them.
-        limits: Least and greatest value of each joint (j,): what is beyond is brought nearer to the
-            movement until it is not. A movement that is itself beyond them is not held to them there.
+        limits: Least and greatest value of each joint (j,): what is beyond is halved towards the movement
+            until it is not, twelve times at most: where the movement is at a limit itself, what would go
+            beyond stays so by 1/4096 of what was drawn. One that is beyond is not held to them.
 
     Returns:
         (count, n, j); begins and ends are those of the movement.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,26 +10,20 @@ from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.files.values import read_json
 
 
-def check_used(
-    out: Path, files: Sequence[str], settings: Mapping[str, Any], *, overwrite: bool
-) -> None:
+def check_used(out: Path, file: str, settings: Mapping[str, Any], *, overwrite: bool) -> None:
     """Whether a folder is free, or holds what the same command has done.
 
     Args:
         out: The folder.
-        files: Of the results; the first is JSON that has the settings among others.
+        file: Of the results, JSON that has the settings among others.
         settings: What is asked for now.
-        overwrite: Results of something else may go, and do so at once.
+        overwrite: Results of something else may be there; they are replaced when there are new ones.
 
     Raises:
         ConfigError: it holds results of other options, which are named.
     """
-    first = out / files[0]
-    if not first.is_file():
-        return
-    if overwrite:
-        for name in files:
-            (out / name).unlink(missing_ok=True)
+    first = out / file
+    if overwrite or not first.is_file():
         return
     hint = "name another one, or add --overwrite"
     try:

@@ -11,6 +11,7 @@ from rclpy.serialization import serialize_message
 from hri_prediction.bags.arms import ARM_TYPE
 from hri_prediction.bags.metadata import BagMetadata, OfferedQos, TopicInfo
 from hri_prediction.bags.writer import BagWriter
+from hri_prediction.errors import ConfigError
 from hri_prediction.ros.conversions import message_from_sample
 from hri_prediction.tracks.track import ArmTrack
 
@@ -43,13 +44,17 @@ def write_arm_bag(
         ConfigError: the folder holds something or cannot be made.
         DataError: the disk takes nothing more.
     """
-    about = {
-        "subject": track.subject,
-        "task": track.task,
-        "trial": str(track.trial),
-        "source": track.source,
+    return write_arms_bag(folder, (track,), about_tracks((track,)), progress)
+
+
+def about_tracks(tracks: Sequence[ArmTrack]) -> dict[str, str]:
+    """What a bag says of itself: who did what, from which files; the task and trial of the first."""
+    return {
+        "subject": ", ".join(track.subject for track in tracks),
+        "task": tracks[0].task,
+        "trial": str(tracks[0].trial),
+        "source": "; ".join(dict.fromkeys(track.source for track in tracks)),
     }
-    return write_arms_bag(folder, (track,), about, progress)
 
 
 def write_arms_bag(
@@ -65,7 +70,16 @@ def write_arms_bag(
         tracks: In the frame ``world``, on the same clock, which begins with the first row of any.
         about: What the bag says of itself.
         progress: Called with the number of samples written so far.
+
+    Raises:
+        ConfigError: two of them are the same arm of a body; as :func:`write_arm_bag`.
+        DataError: as there.
     """
+    bodies = [body_id_of(track.subject) for track in tracks]
+    arms = [(body, track.side) for body, track in zip(bodies, tracks, strict=True)]
+    if len(set(arms)) < len(arms):
+        told = ", ".join(f"{side} of {body}" for body, side in arms)
+        raise ConfigError(f"arms {told}", expected="each arm of a body once")
     qos = OfferedQos(depth=50, reliability="best_effort")
     first_s = min(float(track.time_s[0]) for track in tracks)
     samples = sorted(
@@ -76,7 +90,6 @@ def write_arms_bag(
         ),
         key=lambda item: item[:2],
     )
-    bodies = [body_id_of(track.subject) for track in tracks]
     with BagWriter(folder, custom_data=dict(about)) as writer:
         channels = {
             body: writer.add_topic(TopicInfo(f"/humans/bodies/{body}/arm", ARM_TYPE, (qos,)))

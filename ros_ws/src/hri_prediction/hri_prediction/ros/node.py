@@ -12,7 +12,6 @@ import copy
 import faulthandler
 import gc
 import inspect
-import signal
 import sys
 import time
 from collections.abc import Callable
@@ -31,6 +30,7 @@ from hri_prediction.compiled import compiled_variants
 from hri_prediction.errors import HriError
 from hri_prediction.flow import Flow
 from hri_prediction.ros.diagnostics import ERROR, OK, WARN, Diagnostics
+from hri_prediction.ros.end_signal import EndSignal
 from hri_prediction.ros.inbox import Handler, Inbox
 from hri_prediction.ros.parameters import declare_config, refuse_undeclared
 from hri_prediction.ros.polling import PollingNode
@@ -340,7 +340,7 @@ def run_node(make: Callable[[], HriNode], args: list[str] | None = None) -> int:
 
     # rclpy's own handlers shut the context down under a running tick, whose messages then fail.
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    end = _EndSignal()
+    end = EndSignal()
     node: HriNode | None = None
     executor = None
     code = 0
@@ -379,18 +379,3 @@ def run_node(make: Callable[[], HriNode], args: list[str] | None = None) -> int:
         rclpy.try_shutdown()
         faulthandler.cancel_dump_traceback_later()
     return code
-
-
-class _EndSignal:
-    """Takes SIGINT and SIGTERM: interrupts a start-up, asks a running node to end after its tick."""
-
-    def __init__(self) -> None:
-        self.asked = False
-        self.interrupt = True
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, self._take)
-
-    def _take(self, number: int, frame: object) -> None:
-        self.asked = True
-        if self.interrupt:
-            raise KeyboardInterrupt

@@ -39,16 +39,12 @@ from hri_prediction.ros.time import NANO, to_ns, to_time
 from hri_sim.faults.own_motion import REST, OwnMotion, own_motion
 from hri_sim.faults.reference import Asked, on_course
 from hri_sim.faults.sent_goal import SentGoal
-from hri_sim.faults.specs import launched_specs
 from hri_sim.launch.deaths import RESTART, Deaths
 from hri_sim.launch.freezing import Freezes
 from hri_sim.launch.health import SIMULATOR, GraphHealth
-from hri_sim.launch.run import RunOptions
-from hri_sim.launch.separation import OFF
 from hri_sim.launch.supervisor import NodeSpec, Supervisor
 from hri_sim.launch.vital import vital_topics
 from hri_sim.nodes.simulator_node import MAX_CATCH_UP
-from hri_sim.scenario.conditions import draw_scenario
 from hri_sim.scenario.schema import Scenario
 
 FRESH_S = 0.05
@@ -393,25 +389,6 @@ class LiveGraph(Closing):
 
 def _or_nothing(texts: Sequence[str]) -> str:
     return " | ".join(texts[:MENTIONED]) or "nothing"
-
-
-def reaching_graph(
-    folder: Path, seed: int, library: Path, *, policy: str | None = None, separation: str = OFF
-) -> LiveGraph:
-    """The graph in which a robot reaches past a person who reaches.
-
-    Args:
-        folder: For logs, parameters and bag; it is there.
-        seed: Seed of the scenario.
-        library: Task library of the predictor.
-        policy: Policy that moves the robot; none: a planner.
-        separation: What a separation monitor reckons with.
-    """
-    scenario = draw_scenario(seed, 2)
-    options = RunOptions(
-        out=folder, seed=seed, drawn=scenario, policy=policy, separation=separation
-    )
-    return LiveGraph(folder, scenario, options.mover, launched_specs(options, scenario, library))
 
 
 def _of_message(take: Callable[[Any], None]) -> Callable[[Any, dict[str, Any]], None]:

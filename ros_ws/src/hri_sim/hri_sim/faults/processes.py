@@ -15,9 +15,10 @@ from hri_planner.nodes.policy_config import DEFAULT_POLICY
 from hri_prediction.bags import BagReader, salvage
 from hri_prediction.errors import GraphError
 from hri_prediction.ros.time import NANO, to_ns
-from hri_sim.faults.live import SLOW_S, LiveGraph, reaching_graph
+from hri_sim.faults.live import SLOW_S, LiveGraph
 from hri_sim.faults.motion import AT_REST, CAME_AT, LEANT_ON, NAMED, SCENES, TOUCHED, scene
 from hri_sim.faults.own_motion import OwnMotion
+from hri_sim.faults.reaching import reaching_graph
 from hri_sim.faults.reference import BEYOND, JUMP, worse
 from hri_sim.faults.sources import DYAD, INTERACTION, MOCAP_LIVE, SOURCES, SourceGraph
 from hri_sim.faults.trials import TrialsGraph

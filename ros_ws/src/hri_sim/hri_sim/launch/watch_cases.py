@@ -35,6 +35,7 @@ def _heard(message: InteractionCase, meant: int) -> Heard:
         message.state == InteractionCase.COMPLETE,
         message.first,
         message.number,
+        message.group,
         to_ns(message.onset),
         to_ns(message.end),
         to_ns(message.newest_sample),
@@ -62,7 +63,8 @@ def listen_live(folder: Path, case: int, seed: int, seconds: float) -> list[Hear
     node = Node("listener", context=context, start_parameter_services=False)
 
     def hear(message: InteractionCase) -> None:
-        if message.state != InteractionCase.NONE:
+        # Without an end it is about no movement.
+        if message.state != InteractionCase.NONE or to_ns(message.end):
             heard.append(_heard(message, case))
 
     node.create_subscription(InteractionCase, TOPIC, hear, reliable(50))

@@ -77,11 +77,11 @@ def of_real(
     if not file.is_file():
         return {"skipped": f"{SOURCE} is not in ${DATA_VARIABLE}"}
     tables = {}
-    left_out: list[str] = []
+    left_out: dict[str, list[str]] = {}
     for convention in (CONVENTION, YAW_PITCH.name):
         progress.say(f"real reaches, {convention}")
         try:
-            tables[convention], left_out = explain_real(
+            tables[convention], left_out[convention] = explain_real(
                 file,
                 runs / f"real_{convention}.jsonl",
                 workers=workers,
@@ -92,13 +92,16 @@ def of_real(
             )
         except DataError as error:  # what was done of simulated people is told all the same
             return {"skipped": str(error)}
+        if not len(tables[convention].explained):
+            why = "; ".join(dict.fromkeys(tables[convention].error.tolist()))
+            return {"skipped": f"no reach of {file} was explained: {why}"}
     whole = tables[CONVENTION].explained
     found = by_task(whole, np.random.default_rng([seed, 4]))
     study_pictures.real_weights(found, pictures / "real_weights.png")
     study_pictures.error_boxes(whole, pictures / "real_errors.png", "real reaches")
     return {
         "convention": CONVENTION,
-        "left_out": len(left_out) + int((tables[CONVENTION].error != "").sum()),
+        "left_out": _left_out(tables[CONVENTION], left_out[CONVENTION]),
         "misfit_cm": float(np.median(whole.misfit_cm)),
         "misfit_cm_yaw_pitch": float(np.median(tables[YAW_PITCH.name].misfit_cm)),
         "sd_median": float(
@@ -109,6 +112,18 @@ def of_real(
         "errors_yaw_pitch": chapter_2.errors(tables[YAW_PITCH.name].explained),
         "by_task": found,
     }
+
+
+def _left_out(table: ReachTable, skipped: list[str]) -> list[str]:
+    """A line for each reach that is in no figure."""
+    failed = np.flatnonzero(table.error != "")
+    return [
+        *skipped,
+        *(
+            f"{table.person[i]} {table.start[i]} {table.target[i]}: {table.error[i]}"
+            for i in failed
+        ),
+    ]
 
 
 def reproduce(

@@ -317,8 +317,18 @@ def _chapter_3(content: Mapping[str, Any]) -> list[str]:
         "(table 3.3); of ours. The thesis found q1 and q2 at the start, and the target for the dynamic "
         "costs alone, never q3.\n",
         markdown(("cost", *map(_name, factors)), influence),
-        f"Share of dynamic costs of low targets less that of high ones, from P1: {moved}. "
-        "The thesis found people to differ, some considerably.\n",
+        f"Share of dynamic costs of low targets less that of high ones, from P1, for each of three columns "
+        f"of targets: {moved}. The thesis found people to differ, some considerably. So do these; but of a "
+        "single reach the share is hardly known (above), and three differences of it are not how people "
+        "are.\n",
+        markdown(
+            ("person", "mean", "least", "largest"),
+            [
+                (person, *(f"{value:+.2f}" for value in (sum(own) / len(own), min(own), max(own))))
+                for person, own in heights["changes"].items()
+                if own
+            ],
+        ),
     ]
 
 
@@ -350,7 +360,7 @@ def _real(content: Mapping[str, Any]) -> list[str]:
         )
         for cost in (*CHAPTER_2, "dynamic")
     ]
-    left = f" {found['left_out']} could not be used." if found["left_out"] else ""
+    left = f" {len(found['left_out'])} could not be used." if found["left_out"] else ""
     return [
         head,
         f"{errors['n']} reaches of {tasks['people']} people of `reach_adl_vicon` "
@@ -376,4 +386,9 @@ def _real(content: Mapping[str, Any]) -> list[str]:
         "![real weights](motor_control/real_weights.png)\n",
         "![real errors](motor_control/real_errors.png)\n",
         differences(found),
+        *(
+            ["", "Left out:\n", *(f"- {line}" for line in found["left_out"]), ""]
+            if found["left_out"]
+            else []
+        ),
     ]

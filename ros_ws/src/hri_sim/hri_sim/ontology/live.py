@@ -22,11 +22,12 @@ class Heard:
 
     Attributes:
         at_ns: When it was heard [ns].
-        complete: Whether of a movement that is over; else of one that is under way.
+        complete: Whether of a movement that is over; else of one that is under way, or was refused.
         first: Whose movement.
-        number: The case.
+        number: The case; 0: none.
+        group: The class of the reduced ontology.
         onset_ns: When the movement began [ns].
-        end_ns: When it ended [ns]; 0 while it is under way.
+        end_ns: When it ended, or was refused [ns]; 0 while it is under way.
         newest_ns: Stamp of the newest sample behind it [ns].
         instant_ns: Until when both are in it [ns].
         meant: The case that the two people are in.
@@ -36,11 +37,17 @@ class Heard:
     complete: bool
     first: str
     number: int
+    group: int
     onset_ns: int
     end_ns: int
     newest_ns: int
     instant_ns: int
     meant: int
+
+    @property
+    def refused(self) -> bool:
+        """Whether there is no case of a movement that is over."""
+        return self.end_ns > 0 and not self.complete
 
 
 @dataclass(frozen=True)
@@ -48,7 +55,8 @@ class LiveFigures:
     """What came of movements that were watched live.
 
     Attributes:
-        movements: How many.
+        movements: How many a case was told of.
+        refused: Of how many others none was, as the topic says with a reason.
         case_ms: From the end of each to the next time that its case was told, of samples until the end (the
             last instants smoothed by what there were), as it looked by then [ms].
         lacking_ms: For how long before the end not all of both arms had been seen by then [ms]; 0: for less
@@ -58,10 +66,11 @@ class LiveFigures:
         computed_ms: From the newest sample to that message [ms].
         same: Share whose case, as it looked within 50 ms after the end, was that of the whole movement.
         right: Share whose case, told in the end, is the one that the two people are in.
-        class_right: The same of the class of the reduced ontology that this case is of.
+        class_right: Share whose class of the reduced ontology, told in the end, is that of this case.
     """
 
     movements: int
+    refused: int
     case_ms: tuple[float, ...]
     lacking_ms: tuple[float, ...]
     known_ms: tuple[float, ...]
@@ -112,10 +121,11 @@ def figures_of(heard: Sequence[Heard]) -> LiveFigures:
         complete.append((told.at_ns - told.end_ns) / 1e6)
         computed.append((told.at_ns - told.newest_ns) / 1e6)
         right.append(told.number == told.meant)
-        class_right.append(group_of(told.number) == group_of(told.meant))
+        class_right.append(told.group == group_of(told.meant))
     shares = (float(np.mean(each)) if each else math.nan for each in (same, right, class_right))
     return LiveFigures(
         len(case),
+        sum(told.refused for told in heard),
         tuple(case),
         tuple(lacking),
         tuple(known),
@@ -127,7 +137,7 @@ def figures_of(heard: Sequence[Heard]) -> LiveFigures:
 
 def live_summary(found: LiveFigures) -> dict[str, float | int]:
     """For ``results.json``: times [ms]."""
-    told: dict[str, float | int] = {"movements": found.movements}
+    told: dict[str, float | int] = {"movements": found.movements, "refused": found.refused}
     for name, values in (
         ("case", found.case_ms), ("known", found.known_ms),
         ("complete", found.complete_ms), ("computed", found.computed_ms),
@@ -160,15 +170,20 @@ def live_lines(told: dict[str, float | int]) -> list[str]:
             f"At the end of {told['hidden_at_the_end']} of them not all of both arms was seen: what was "
             f"told next knows nothing of the last {told['hidden_most_ms']:.0f} ms at most. "
         )
+    same, right, of_class = (
+        f"{100 * told[key]:.0f} %"
+        for key in ("same_within_50_ms", "recognised", "class_recognised")
+    )
     text = [
         "### Live\n",
         f"{told['movements']} movements of a dyad process at 250 Hz, watched by a monitor process that is "
-        f"held to one core. Wanted: a case within {WANTED_MS:g} ms of the end: of "
+        f"held to one core; {told['refused']} others were refused, with a reason. Wanted: a case within "
+        f"{WANTED_MS:g} ms of the end: of "
         f"{100 * told['told_within_50_ms']:.1f} % of them, "
         f"{'met' if told['case_most'] <= WANTED_MS else '**missed**'}. {hidden}"
-        f"{100 * told['same_within_50_ms']:.0f} % were by then taken for what is told in the end. That was "
-        f"the case that the two were in for {100 * told['recognised']:.0f} % of them, and its class of the "
-        f"reduced ontology for {100 * told['class_recognised']:.0f} %.\n",
+        f"{same} were by then taken for what is told in the end. That was "
+        f"the case that the two were in for {right} of them; the class of the reduced ontology that was "
+        f"told was that of this case for {of_class}.\n",
         "| from | p50 [ms] | p99 [ms] | most [ms] |",
         "| --- | --- | --- | --- |",
     ]

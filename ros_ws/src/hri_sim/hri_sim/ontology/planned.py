@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -169,22 +169,30 @@ def _pairs(ways: Sequence[Way], case: str, weight: float) -> list[tuple[Way, Way
     return [(plain[w.condition], w) for w in ways if (w.case, w.weight) == (case, weight)]
 
 
-def apart_cm(ways: Sequence[Way], case: str, weight: float) -> float:
-    """How far ways are from those without costs where they are farthest; median of all reaches [cm]."""
-    apart = [np.linalg.norm(a.tool - b.tool, axis=1).max() for a, b in _pairs(ways, case, weight)]
+def _apart_cm(pairs: Sequence[tuple[Way, Way]]) -> float:
+    """How far ways are from each other where they are farthest; median of all reaches [cm]."""
+    apart = [np.linalg.norm(a.tool - b.tool, axis=1).max() for a, b in pairs]
     return 100.0 * float(np.median(apart))
 
 
 def effect(ways: Sequence[Way], case: str, weight: float) -> dict[str, float]:
     """What the costs of a case change, over all reaches; no seconds where none arrives both ways."""
-    pairs = _pairs(ways, case, weight)
+    return _change(_pairs(ways, case, weight), case)
+
+
+def anyway(ways: Sequence[Way], case: str) -> dict[str, float]:
+    """The same of no costs and another seed: what changes anyway of what the costs of a case are."""
+    return _change(_pairs(ways, AGAIN, 0.0), case)
+
+
+def _change(pairs: Sequence[tuple[Way, Way]], case: str) -> dict[str, float]:
     cost = [b.costs[case] / a.costs[case] - 1.0 for a, b in pairs]
     later = [
         b.seconds - a.seconds for a, b in pairs if a.seconds is not None and b.seconds is not None
     ]
     return {
         "reaches": len(pairs),
-        "apart_cm": apart_cm(ways, case, weight),
+        "apart_cm": _apart_cm(pairs),
         "cost_percent": 100.0 * float(np.median(cost)),
         "cost_less_share": float(np.mean(np.array(cost) < 0.0)),
         "clearance_cm": 100.0 * float(np.median([b.clearance - a.clearance for a, b in pairs])),
@@ -192,6 +200,15 @@ def effect(ways: Sequence[Way], case: str, weight: float) -> dict[str, float]:
         "ok_without": float(np.mean([a.ok for a, _ in pairs])),
         "ok_with": float(np.mean([b.ok for _, b in pairs])),
     }
+
+
+def _cells(row: Mapping[str, float]) -> str:
+    later = f"{row['seconds']:+.2f} s" if "seconds" in row else "–"
+    return (
+        f"{row['apart_cm']:.1f} cm | {row['cost_percent']:+.1f} % | "
+        f"{100 * row['cost_less_share']:.0f} % | {row['clearance_cm']:+.1f} cm | "
+        f"{later} | {100 * row['ok_without']:.0f} % | {100 * row['ok_with']:.0f} %"
+    )
 
 
 def effect_lines(ways: Sequence[Way], cases: Sequence[str]) -> list[str]:
@@ -203,27 +220,16 @@ def effect_lines(ways: Sequence[Way], cases: Sequence[str]) -> list[str]:
         f"PTOMP past {len(some)} simulated people who reach (the benchmark's {SPLIT} conditions, one of "
         "each task), with `planner.interaction_costs` and without, all else the same: median of each "
         "reach's difference. The cost is that of the case itself, of the motion as it was executed. Ways "
-        "differ "
-        "by what is drawn, too: once more without costs, by another seed, says how far.\n",
+        f"differ by what is drawn, too: by how much anyway say the rows of no costs and {AGAIN}.\n",
         "| costs of | weight | farthest apart | learnt cost | less in | clearance | time to the goal | "
         "ok without | ok with |",
         "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
-    again = [b.ok for _, b in _pairs(ways, AGAIN, 0.0)]
-    text.append(
-        f"| none, {AGAIN} | – | {apart_cm(ways, AGAIN, 0.0):.1f} cm | – | – | – | – | – | "
-        f"{100 * float(np.mean(again)):.0f} % |"
-    )
     for case in cases:
-        for weight in weights:
-            row = effect(ways, case, weight)
-            later = f"{row['seconds']:+.2f} s" if "seconds" in row else "–"
-            text.append(
-                f"| {case} | {weight:g} | {row['apart_cm']:.1f} cm | {row['cost_percent']:+.1f} % | "
-                f"{100 * row['cost_less_share']:.0f} % | {row['clearance_cm']:+.1f} cm | "
-                f"{later} | {100 * row['ok_without']:.0f} % | "
-                f"{100 * row['ok_with']:.0f} % |"
-            )
+        text.append(f"| none, {AGAIN}, by {case} | – | {_cells(anyway(ways, case))} |")
+        text += [
+            f"| {case} | {weight:g} | {_cells(effect(ways, case, weight))} |" for weight in weights
+        ]
     return [*text, "", *_cross_lines(ways, cases, weights[-1])]
 
 

@@ -197,7 +197,10 @@ def reproduce_ontology(
         **found.results(),
         "jitter": sweep_results(swept),
         "planned": {
-            case: {f"{weight:g}": planned.effect(ways, case, weight) for weight in planned.WEIGHTS}
+            case: {
+                planned.AGAIN: planned.anyway(ways, case),
+                **{f"{weight:g}": planned.effect(ways, case, weight) for weight in planned.WEIGHTS},
+            }
             for case in cases
         },
     }

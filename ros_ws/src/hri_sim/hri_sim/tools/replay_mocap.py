@@ -7,13 +7,12 @@ import sys
 import time
 
 import rclpy
-from rclpy.executors import ExternalShutdownException
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.parameter import Parameter
-from rclpy.signals import install_signal_handlers, uninstall_signal_handlers
 from rich.console import Console
 
 from hri_prediction.errors import HriError
+from hri_prediction.ros.end_signal import EndSignal
 from hri_sim.nodes.replayer_node import ReplayerNode
 
 _LINGER_S = 0.1
@@ -79,7 +78,7 @@ def main(argv: list[str] | None = None) -> int:
     options = _parser().parse_args(argv)
     context = rclpy.Context()
     rclpy.init(context=context, args=[])
-    install_signal_handlers()
+    end = EndSignal()
     node: ReplayerNode | None = None
     executor = None
     try:
@@ -96,14 +95,16 @@ def main(argv: list[str] | None = None) -> int:
             soft_wrap=True,
         )
         with console.status("playing"):
-            while rclpy.ok(context=context) and not node.finished:
+            end.interrupt = False
+            while not (end.asked or node.finished):
                 executor.spin_once(timeout_sec=0.1)
-    except (KeyboardInterrupt, ExternalShutdownException):
+    except KeyboardInterrupt:
         pass
     except HriError as error:
         print(f"replay_mocap.py: {error}", file=sys.stderr)
         return 1
     finally:
+        end.interrupt = False
         if node is not None:
             node.close()
             time.sleep(_LINGER_S)
@@ -112,7 +113,7 @@ def main(argv: list[str] | None = None) -> int:
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown(context=context)
-        uninstall_signal_handlers()
+        end.restore()
     return 0
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Annotated, Any
 
 import typer
@@ -104,7 +105,12 @@ def simulate_dyads(
     make_folders(out=out)
     place = Placement.parse(PLACE)
     entries: list[dict[str, Any]] = []
-    with resumable(console, None), ProgressLine(console) as progress:
+    # What is broken off leaves an empty folder, so that the same command can be given again.
+    with (
+        resumable(console, None),
+        TemporaryDirectory(prefix=f".{out.name}_", dir=out.parent) as part,
+        ProgressLine(console) as progress,
+    ):
         progress.say("dyads")
         for session in sessions:
             name = f"{find_case(session.case).name}_{session.position.replace(' ', '_')}_{session.subject}"
@@ -114,7 +120,7 @@ def simulate_dyads(
                 "subject": session.subject,
                 "source": tracks[0].source,
             }
-            write_arms_bag(out / name, tracks, about)
+            write_arms_bag(Path(part) / name, tracks, about)
             entries.append(
                 {
                     "bag": name,
@@ -124,7 +130,9 @@ def simulate_dyads(
                 }
             )
             progress.count(len(entries), len(sessions))
-        write_sessions(out / SESSIONS, entries)
+        write_sessions(Path(part) / SESSIONS, entries)
+        for made in Path(part).iterdir():
+            made.rename(out / made.name)
     console.print(
         f"{len(entries)} bags, listed in {out / SESSIONS}", highlight=False, soft_wrap=True
     )

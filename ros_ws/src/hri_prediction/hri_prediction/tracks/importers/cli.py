@@ -15,6 +15,7 @@ from rich.text import Text
 
 from hri_prediction.errors import ConfigError, HriError
 from hri_prediction.tracks.files import save_tracks
+from hri_prediction.tracks.importers.beside import check_together, read_beside
 from hri_prediction.tracks.importers.convert import ImportOptions, ImportPlan, convert, plan_import
 from hri_prediction.tracks.importers.recognise import KNOWN, read_markers
 from hri_prediction.tracks.importers.report import gap_report
@@ -33,7 +34,8 @@ def _parser() -> argparse.ArgumentParser:
         prog=_NAME,
         description=f"Make a track file or a motion capture bag of one arm from {KNOWN}. What is not "
         "said is found out from the file or guessed from the names of its markers; guesses are shown "
-        "and need a yes.",
+        "and need a yes. A bag of several people who were recorded together: import each but the last "
+        "into a track file, and the last with --beside.",
         epilog="Exit codes: 0 written, 1 the file is refused, 2 wrong arguments or no agreement.",
     )
     parser.add_argument("file", type=Path, help="recording")
@@ -70,6 +72,15 @@ def _parser() -> argparse.ArgumentParser:
         help="place in the robot's world [m, degrees], or none, or auto: across the table "
         "(default: none for a track file, auto for a bag)",
     )
+    parser.add_argument(
+        "--beside",
+        type=Path,
+        nargs="+",
+        default=[],
+        metavar="FILE.npz",
+        help="track files of the others in the same recording, each of one arm and not placed yet: all go "
+        "into one bag, on one clock, and --place is for all of them",
+    )
     parser.add_argument("--subject", default="", help="person: a name, or one of the file's")
     parser.add_argument("--task", default="", help="name of the movement")
     parser.add_argument("--trial", type=int, default=0, metavar="N", help="number of the trial")
@@ -100,6 +111,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(given: argparse.Namespace, console: Console) -> int:
     _check_out(given)
     _place(given, None)
+    others = read_beside(given.beside, bag=not given.out.suffix, place=given.place)
     options = ImportOptions(
         mapping=given.map,
         side=given.side,
@@ -123,9 +135,12 @@ def _run(given: argparse.Namespace, console: Console) -> int:
             if given.resample:
                 track = track.resampled(given.resample)
                 check_rate(track, f"--resample {given.resample:g}")
+            check_together(track, others)
             placement = _place(given, track)
+            tracks = [track, *others]
             if placement is not None:
-                track = track.transformed(placement)
+                tracks = [each.transformed(placement) for each in tracks]
+            track = tracks[0]
     except HriError as error:
         raise type(error)(
             f"{given.file}: {error.problem}", expected=error.expected, hint=error.hint
@@ -143,7 +158,7 @@ def _run(given: argparse.Namespace, console: Console) -> int:
         if not _agreed():
             print(f"{_NAME}: nothing was written. Correct and repeat:\n  {repeat}", file=sys.stderr)
             return 2
-    _write(given.out, track, progress)
+    _write(given.out, tracks, progress)
     console.print(f"wrote {given.out}", markup=False)
     return 0
 
@@ -241,23 +256,28 @@ def _repeat(given: argparse.Namespace, plan: ImportPlan) -> str:
         if value:
             words.append(f"--{name}={value}")
     words += ["--keep-zeros"] if given.keep_zeros else []
+    words += ["--beside", *map(str, given.beside)] if given.beside else []
     return shlex.join([*words, "--out", str(given.out), "--yes"])
 
 
-def _write(out: Path, track: ArmTrack, progress: Console) -> None:
+def _write(out: Path, tracks: Sequence[ArmTrack], progress: Console) -> None:
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ConfigError(f"cannot make the folder {out.parent}: {error.strerror}") from error
     if out.suffix:
-        save_tracks(out, [track])
+        save_tracks(out, tracks)
         return
     # Only bags need ROS: track files are made without it.
-    from hri_prediction.ros.arm_bag import write_arm_bag
+    from hri_prediction.ros.arm_bag import about_tracks, write_arms_bag
 
+    total = sum(map(len, tracks))
     with progress.status(f"writing {out}") as status:
-        write_arm_bag(
-            out, track, lambda count: status.update(f"writing {out}: {count} of {len(track)}")
+        write_arms_bag(
+            out,
+            tracks,
+            about_tracks(tracks),
+            lambda count: status.update(f"writing {out}: {count} of {total}"),
         )
 
 
