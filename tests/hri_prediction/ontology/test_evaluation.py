@@ -115,6 +115,7 @@ def test_individuals() -> None:
         1,
         1,
     )
+    assert found.intra_least == found.intra_most == 1.0
     only = joined([table, made((1,), ("c",))])
     assert complete_subjects(only) == ["a", "b"]
 

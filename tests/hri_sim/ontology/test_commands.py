@@ -158,6 +158,8 @@ def test_evaluation(segments: Path, tmp_path: Path, capsys: pytest.CaptureFixtur
     assert "Costs that are known" not in (tmp_path / "out" / "ontology.md").read_text()
     for name in ("intra", "subject_vs_group", "group_vs_subject"):
         assert len(told[name]) == 2
+    for mean, (least, most) in zip(told["intra"], told["intra_range"], strict=True):
+        assert least <= mean <= most
     for labels in ("full", "reduced"):
         assert 0.0 < told[labels]["by_subject"] <= 1.0
     text = (tmp_path / "out" / "ontology.md").read_text()

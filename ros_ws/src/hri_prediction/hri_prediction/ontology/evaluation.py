@@ -190,19 +190,26 @@ def position_out(
     return confusion(chosen.case[tested], found, np.unique(chosen.case))
 
 
+OWN_HALVES = 20
+"""Random halves of a person's own segments."""
+
+
 @dataclass(frozen=True)
 class Individual:
     """How well one person's cases are told apart (table 4.4 of the thesis).
 
     Attributes:
         subject: Who.
-        intra: By a half of the own segments: parts of each recording are on both sides.
+        intra: By a half of the own segments, mean of several: parts of each recording are on both sides.
+        intra_least, intra_most: The least and the most of these.
         subject_vs_group: Everybody else's by the own.
         group_vs_subject: The own by everybody else's.
     """
 
     subject: str
     intra: float
+    intra_least: float
+    intra_most: float
     subject_vs_group: float
     group_vs_subject: float
 
@@ -212,11 +219,21 @@ def individual(table: SegmentTable, subject: str, seed: int, cost: float = COST)
     rng = np.random.default_rng(seed)
     labels, own = table.group, table.subject == subject
     mine = table.where(own)
-    learnt = half_of(mine.group, rng)
-    intra = judged(mine, learnt, ~learnt, REDUCED, rng, cost) == mine.group[~learnt]
+    halves = []
+    for _ in range(OWN_HALVES):
+        learnt = half_of(mine.group, rng)
+        found = judged(mine, learnt, ~learnt, REDUCED, rng, cost)
+        halves.append(float((found == mine.group[~learnt]).mean()))
     out = judged(table, own, ~own, REDUCED, rng, cost) == labels[~own]
     back = judged(table, ~own, own, REDUCED, rng, cost) == labels[own]
-    return Individual(subject, float(intra.mean()), float(out.mean()), float(back.mean()))
+    return Individual(
+        subject,
+        float(np.mean(halves)),
+        min(halves),
+        max(halves),
+        float(out.mean()),
+        float(back.mean()),
+    )
 
 
 def complete_subjects(table: SegmentTable) -> list[str]:

@@ -124,6 +124,9 @@ def results(told: Told) -> dict[str, Any]:
     everybody = people(told)
     found["subjects"] = [one["subject"] for one in everybody]
     found["intra"] = [_share(one["intra"]) for one in everybody]
+    found["intra_range"] = [
+        [_share(one["intra_least"]), _share(one["intra_most"])] for one in everybody
+    ]
     for name in ("subject_vs_group", "group_vs_subject"):
         found[name] = [_share(one[name]) for one in everybody]
     return found

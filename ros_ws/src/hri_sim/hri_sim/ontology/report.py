@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from hri_prediction.ontology.cases import GROUP_NAMES, REDUCED, cases
-from hri_prediction.ontology.evaluation import FULL, GROUPED, KINDS, Confusion
+from hri_prediction.ontology.evaluation import FULL, GROUPED, KINDS, OWN_HALVES, Confusion
 from hri_sim.ontology import figures
 from hri_sim.ontology.splits import RANDOM, SESSIONS, SUBJECT
 
@@ -155,14 +155,16 @@ def people_table(told: figures.Told) -> list[str]:
         "| --- |" + " --- |" * (len(everybody) + 1),
     ]
     rows = (
-        ("within a person (random halves)", "intra", THESIS_INTRA),
+        (f"within a person (mean of {OWN_HALVES} random halves)", "intra", THESIS_INTRA),
+        ("the least of these", "intra_least", ()),
+        ("the most", "intra_most", ()),
         ("one person's machine, the others", "subject_vs_group", THESIS_OUT),
         ("the others' machine, the person", "group_vs_subject", THESIS_BACK),
     )
     for name, key, thesis in rows:
         cells = [_percent(one[key]) for one in everybody]
         told_there = ", ".join(f"{value:.1f}" for value in thesis)
-        text.append(f"| {name} | {' | '.join(cells)} | {told_there} % |")
+        text.append(f"| {name} | {' | '.join(cells)} | {told_there + ' %' if thesis else '–'} |")
     return [*text, ""]
 
 
