@@ -39,16 +39,18 @@ class Extent:
         repetitions: Random halves.
         truths: Known costs that are sought; 0: none.
         live: How long people are watched live [s]; 0: not at all.
+        live_cases: What they do, one pair after the other.
     """
 
     study: DyadStudy
     repetitions: int
     truths: int
     live: float
+    live_cases: tuple[int, ...] = LIVE_CASES
 
 
 FULL_EXTENT = Extent(DyadStudy(), 100, 20, 120.0)
-SMOKE_EXTENT = Extent(SMOKE, 2, 1, 15.0)
+SMOKE_EXTENT = Extent(SMOKE, 2, 1, 12.0, (1, 13))
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,8 +194,8 @@ def judge(
         from hri_sim.launch.watch_cases import measure_live
 
         progress.say(f"watching people live, {extent.live:g} s")
-        seconds = extent.live / len(LIVE_CASES)
-        live = measure_live(runs / "live", LIVE_CASES, seed, seconds)
+        seconds = extent.live / len(extent.live_cases)
+        live = measure_live(runs / "live", extent.live_cases, seed, seconds)
     simulated = data == SIMULATED
     where = f"simulated dyads, seed {seed}" if simulated else Path(data).name
     learnt = simulated and seed == LEARNT_SEED
