@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import re
 import subprocess
@@ -17,6 +18,7 @@ pytest.importorskip("hri_msgs.msg")
 from hri_planner.nodes.ptomp_node import PtompNode  # noqa: E402
 from hri_prediction.ros.readiness import ready_line  # noqa: E402
 from hri_sim.launch import run_node  # noqa: E402
+from hri_sim.launch.parameters import CONFIGURATIONS  # noqa: E402
 from hri_sim.testing.domain import own_domain  # noqa: E402
 
 DOMAIN = own_domain("run_node")
@@ -128,3 +130,25 @@ def test_a_node_says_that_it_is_ready(
             while process.poll() is None and time.monotonic() < end:
                 time.sleep(0.05)
             process.kill()
+
+
+@pytest.mark.parametrize("name", sorted(CONFIGURATIONS))
+def test_help_of_a_node_has_all_its_parameters(
+    name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    package = next(package for package, node in run_node.installed_nodes() if node == name)
+    assert run_node.main([package, name, "--help"]) == 0
+    said = capsys.readouterr().out
+    for prefix, defaults in CONFIGURATIONS[name]:
+        for field in dataclasses.fields(defaults):
+            if "doc" in field.metadata:
+                assert f"\n  {prefix}{field.name}: " in said
+    assert "\n  realtime_priority: " in said
+
+
+def test_help_of_a_parameter_has_unit_and_range(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_node.main(["hri_prediction", "predictor", "--help"]) == 0
+    said = capsys.readouterr().out
+    assert "  guess.duration: 1.0 s, from 0.1 to 10\n      Of a reach before any is seen" in said
+    assert run_node.main(["hri_prediction", "interaction_monitor", "-h"]) == 0
+    assert "  side: 'right', one of right, left\n" in capsys.readouterr().out

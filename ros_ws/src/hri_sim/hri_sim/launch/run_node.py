@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import ast
+import dataclasses
 import importlib.util
 import os
 import sys
@@ -45,12 +46,43 @@ def node_list() -> str:
     )
 
 
+def parameter_list(name: str) -> str:
+    """All parameters of a node with defaults, units and ranges, as ``--ros-args -p`` takes them."""
+    # Here, as it imports every node's configuration, which nobody waits for who starts a node.
+    from hri_sim.launch.parameters import CONFIGURATIONS, EVERY_NODE
+
+    lines = []
+    for prefix, defaults in (*CONFIGURATIONS[name], EVERY_NODE):
+        for field in dataclasses.fields(defaults):
+            if "doc" not in field.metadata:
+                continue
+            about = field.metadata
+            value = getattr(defaults, field.name)
+            unit = f" {about['unit']}" if about["unit"] else ""
+            allowed = ""
+            if about["choices"]:
+                allowed = ", one of " + ", ".join(about["choices"])
+            elif about["low"] is not None or about["high"] is not None:
+                ends = (
+                    f"{word} {about[end]:g}"
+                    for word, end in (("from", "low"), ("to", "high"))
+                    if about[end] is not None
+                )
+                allowed = ", " + " ".join(ends)
+            shown = list(value) if isinstance(value, tuple) else value
+            told = repr(shown) if isinstance(shown, (str, list)) else str(shown).lower()
+            lines.append(f"  {prefix}{field.name}: {told}{unit}{allowed}")
+            lines.append(f"      {about['doc'][0].upper()}{about['doc'][1:]}")
+    return "\n".join(lines)
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="run_node.py",
         description="Run one node in the foreground; Ctrl-C ends it. Without arguments: list the nodes.",
-        epilog=f"nodes:\n{node_list()}\n\nexample:\n"
-        "  run_node.py hri_prediction predictor --ros-args -p library:=library.npz",
+        epilog=f"nodes:\n{node_list()}\n\nexamples:\n"
+        "  run_node.py hri_prediction predictor --ros-args -p library:=library.npz\n"
+        "  run_node.py hri_prediction predictor --help        all its parameters",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("package", nargs="?", help="ROS package, such as hri_sim")
@@ -81,6 +113,12 @@ def main(argv: list[str] | None = None) -> int:
     if known and options.executable not in known:
         text = f"{options.package} has no node {options.executable!r}; it has {', '.join(known)}"
         parser.error(text)
+    if options.arguments and options.arguments[0] in ("-h", "--help"):
+        what = describe(options.package, options.executable)
+        print(f"{options.package} {options.executable}: {what}")
+        print("parameters (--ros-args -p NAME:=VALUE), with their defaults:")
+        print(parameter_list(options.executable))
+        return 0
     if options.arguments and options.arguments[0] != "--ros-args":
         text = f"{options.arguments[0]!r} would be ignored; parameters come after --ros-args: "
         parser.error(text + "--ros-args -p NAME:=VALUE")
