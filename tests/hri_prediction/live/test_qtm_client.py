@@ -1,5 +1,7 @@
 """The client against a stand-in for QTM over loopback: streams, silence, breaks, refusals."""
 
+import asyncio
+import contextlib
 import struct
 import sys
 import time
@@ -83,6 +85,21 @@ def test_stream(server, connect):
 def test_rate_is_asked_for(server, connect):
     frames(connect(rate_hz=100), 1)
     assert server.asked[-1] == "streamframes frequency:100 3d"
+
+
+def test_a_cancellation_that_gets_lost_does_not_keep_the_thread(server, connect, monkeypatch):
+    """As where an answer comes at the moment at which the client is closed."""
+
+    async def serve(self):
+        with contextlib.suppress(asyncio.CancelledError):
+            await asyncio.sleep(60.0)
+        await asyncio.sleep(60.0)
+
+    monkeypatch.setattr(QtmClient, "_serve", serve)
+    client, begin = connect(), time.monotonic()
+    client.close()
+    assert not client._thread.is_alive()
+    assert time.monotonic() - begin < 4.0
 
 
 def test_lost_connection_is_made_anew(server, connect):

@@ -25,6 +25,8 @@ from hri_prediction.live.qtm_packets import PacketSplitter
 _LOG = logging.getLogger(__name__)
 VERSION = "1.25"
 """Version of the protocol; QTM since 2023 speaks it, and later ones too."""
+_CANCEL_S = 0.05
+"""Between two attempts to cancel the connection, when the client is closed [s]."""
 _MOST_WAITING = 1000
 """Frames that wait to be taken; older ones are dropped."""
 _ENDS_STREAM = frozenset(
@@ -116,8 +118,11 @@ class QtmClient:
 
     # ------------------------------------------------------------------ in the thread
     def _cancel(self) -> None:
-        if self._task is not None:
+        if self._task is not None and not self._task.done():
             self._task.cancel()
+            # Until it has ended: a wait (asyncio's, in Python 3.11) whose answer comes at the same moment
+            # goes on as if nobody had cancelled it.
+            self._loop.call_later(_CANCEL_S, self._cancel)
 
     def _work(self) -> None:
         asyncio.set_event_loop(self._loop)

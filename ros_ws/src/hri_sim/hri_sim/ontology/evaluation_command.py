@@ -69,7 +69,7 @@ def evaluate_ontology(
         bool,
         typer.Option(
             "--smoke",
-            help="Four people, three encounters, few halves; with --data few halves alone.",
+            help="Four people, two encounters, few halves; with --data few halves alone.",
         ),
     ] = False,
 ) -> None:

@@ -143,15 +143,22 @@ def label(
     return found
 
 
-def learn_handovers(trials: list[tuple[ArmTrack, ArmTrack]], seed: int) -> list[CaseCosts]:
+def learn_handovers(
+    trials: list[tuple[ArmTrack, ArmTrack]], seed: int, draws: int = DRAWS
+) -> list[CaseCosts]:
     """What these people avoid, by how they move; several times, with other draws of what might have been.
+
+    Args:
+        trials: Tracks of both.
+        seed: Of what might have been.
+        draws: How often.
 
     Raises:
         DataError: when all of both arms is seen in no movement.
     """
     movements = [movement for tracks in trials for movement in movements_of(tracks)]
     found = []
-    for number in range(DRAWS):
+    for number in range(draws):
         rng = np.random.default_rng([seed, number])
         learnt = learn_costs(movements, rng, spread=ARM_SPREAD)
         found.append(CaseCosts(learnt.weights, learnt.scale, len(movements)))

@@ -45,12 +45,13 @@ FILE, TEXT, PICTURES = "ontology.json", "ontology.md", "ontology"
 SWEPT, BARS, ALL, WAYS = "jitter.png", "costs.png", "all_costs.png", "ways.png"
 SWEEP_REPETITIONS = 10
 REACHES, SMOKE_REACHES = 30, 2
+SMOKE_DRAWS = 2
 PLANNED_CASES = ("case_1", "case_3", "case_7", "case_13")
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 
 
-def real_lines(seed: int) -> list[str]:
+def real_lines(seed: int, *, smoke: bool) -> list[str]:
     """The part on real people, or why there is none."""
     folder = os.environ.get(DATA_VARIABLE, "")
     title = "### Two real people\n"
@@ -61,7 +62,8 @@ def real_lines(seed: int) -> list[str]:
         return [title, f"Left out: {handovers.FILE} is not in ${DATA_VARIABLE}.\n"]
     try:
         trials = handovers.load_skeletons(file)
-        costs = handovers.learn_handovers(trials, seed)
+        draws = SMOKE_DRAWS if smoke else handovers.DRAWS
+        costs = handovers.learn_handovers(trials, seed, draws)
     except HriError as error:
         return [title, f"Left out: {error}\n"]
     found = handovers.label(trials, InteractionClassifier.load(SHIPPED))
@@ -129,7 +131,8 @@ def reproduce_ontology(
         Path, typer.Option(help="Folder of what is done, which is not done again.")
     ] = RUNS,
     smoke: Annotated[
-        bool, typer.Option("--smoke", help="Four people, three encounters, few halves and reaches.")
+        bool,
+        typer.Option("--smoke", help="Four people, two encounters, few halves, draws and reaches."),
     ] = False,
 ) -> None:
     """Everything on kinds of interaction, beside the thesis' tables 4.1 to 4.4 and figure 4.5.
@@ -219,7 +222,7 @@ def reproduce_ontology(
         *found.lines(pictures, f"{PICTURES}/"),
         *sweep_lines(swept),
         f"![Rates by jitter]({PICTURES}/{SWEPT})\n",
-        *real_lines(seed),
+        *real_lines(seed, smoke=smoke),
         *cost_lines(first, load_costs(SHIPPED_COSTS), pictures),
         *planned.effect_lines(ways, cases),
         f"![Ways of the tool]({PICTURES}/{WAYS})\n",

@@ -25,7 +25,7 @@ from hri_sim.readability_report.run_folder import write_json
 
 TEXT, FIGURES = "training.md", "results.json"
 RUNS = Path("runs/ontology")
-SMOKE = DyadStudy(encounters=3, people=4)
+SMOKE = DyadStudy(encounters=2, people=4)
 """With fewer people of no case there are two recordings, and none can be left out."""
 SEED = 0
 FEW = 6
@@ -179,7 +179,7 @@ def train_ontology(
     ] = COST,
     workers: Workers = None,
     runs: Annotated[Path, typer.Option(help="Folder in which simulated segments are kept.")] = RUNS,
-    smoke: Annotated[bool, typer.Option("--smoke", help="Four people, three encounters.")] = False,
+    smoke: Annotated[bool, typer.Option("--smoke", help="Four people, two encounters.")] = False,
 ) -> None:
     """Train what tells the cases of interaction apart, and say how well it does for recordings left out.
 
