@@ -1,6 +1,7 @@
 """Two people of one recording: imported beside each other, their movements labelled."""
 
 import csv
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,8 @@ from hri_prediction.ontology import label_command
 from hri_prediction.ontology.classifier import InteractionClassifier
 from hri_prediction.ontology.label_command import label_bag
 from hri_prediction.ontology.shipped import SHIPPED
+from hri_prediction.ros.arm_bag import write_arms_bag
+from hri_prediction.tracks.files import save_tracks
 from hri_prediction.tracks.importers import cli
 
 sessions = pytest.importorskip("hri_sim.ontology.sessions")
@@ -129,16 +132,40 @@ def test_what_does_not_fit_is_said(recording, bag, tmp_path, capsys, words, said
 
 
 def test_others_of_another_recording_are_refused(recording, bag, dyad, capsys):
-    from dataclasses import replace
-
-    from hri_prediction.tracks.files import save_tracks
-
     late = recording.with_name("late.npz")
     save_tracks(late, [replace(dyad[0], time_s=dyad[0].time_s + 3.0, subject="carl")])
     out = recording.with_name("c")
     assert imported(recording, "ben", out, "--beside", late, "--place", "none") == 2
     assert "carl was recorded from 3.00" in capsys.readouterr().err
     assert not out.exists()
+
+
+def test_others_of_another_length_are_refused(recording, dyad, tmp_path, capsys):
+    points = 1e3 * dyad[0].keypoints[:-20]
+    labels = [f"carl:{name}" for name in ("RSHO", "RELB", "RWRI", "RFIN")]
+    rate = dyad[0].rate_hz
+    other = tmp_path / "other.trc"
+    other.write_text(trc_text(points, labels, rate=f"{rate:g}", step=1.0 / rate))
+    assert imported(other, "carl", tmp_path / "carl.npz") == 0
+    out = tmp_path / "c"
+    words = ("--beside", tmp_path / "carl.npz", "--place", "none")
+    assert imported(recording, "ben", out, *words) == 2
+    assert "people of one recording, on one clock" in capsys.readouterr().err
+    assert not out.exists()
+
+
+def test_bags_of_three_ask_for_two(bag, tmp_path, capsys):
+    tracks = arm_tracks(bag)
+    three = [*tracks, replace(tracks[0], subject="carl")]
+    write_arms_bag(tmp_path / "three", three, {})
+    assert label_command.main([str(tmp_path / "three")]) == 1
+    assert "--bodies ONE,OTHER" in capsys.readouterr().err
+    assert label_command.main([str(tmp_path / "three"), "--bodies", "anna,ben"]) == 0
+    said = capsys.readouterr().out
+    assert "onset [s]" in said
+    for given in ("anna", "anna,anna", "anna,ben,carl"):
+        assert label_command.main([str(bag), "--bodies", given]) == 1
+        assert "two different ids" in capsys.readouterr().err
 
 
 def test_the_labels_need_two_people(bag, capsys):

@@ -293,11 +293,18 @@ def test_wrong_options_are_refused_in_one_line(solver, rng, tmp_path, capsys, ar
     assert error.count("\n") == 1
 
 
-def test_files_without_reaches_are_refused(tmp_path, capsys):
+def test_files_without_reaches_are_refused(solver, rng, tmp_path, capsys):
     still = ArmTrack(np.arange(300) / 100.0, np.ones((300, 4, 3)) * np.arange(4)[:, None] * 0.1)
     save_tracks(tmp_path / "still.npz", [still])
     assert main([str(tmp_path / "still.npz"), "--out", str(tmp_path / "out")]) == 1
     assert "no reach" in capsys.readouterr().err
+    # Here one is found, and cannot be used.
+    shown, onset, end = recorded(solver, 5, rng)
+    hidden = np.array(shown.keypoints)
+    hidden[(shown.time_s > onset - 0.1) & (shown.time_s < end + 0.1), 1] = np.nan
+    save_tracks(tmp_path / "hidden.npz", [replace(shown, keypoints=hidden)])
+    assert main([str(tmp_path / "hidden.npz"), "--out", str(tmp_path / "out")]) == 1
+    assert "no reach can be used, of 1; the first: reach 0, from" in capsys.readouterr().err
     assert main([str(tmp_path / "none.npz"), "--out", str(tmp_path / "out")]) == 1
     assert "none.npz" in capsys.readouterr().err
 

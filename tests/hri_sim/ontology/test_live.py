@@ -106,15 +106,17 @@ def test_movements_that_were_refused_are_counted() -> None:
     refused = replace(told(1300, 0, end_ms=1250, group=0), complete=False, onset_ns=1200 * MS)
     found = figures_of([told(1200, 3, end_ms=1000), refused])
     assert (found.movements, found.refused) == (1, 1)
-    assert "1 others were refused" in "\n".join(live_lines(live_summary(found)))
-    assert figures_of([refused]).movements == 0
+    assert "refused, with a reason: 1." in "\n".join(live_lines(live_summary(found)))
+    none = live_summary(figures_of([refused]))
+    assert none == {"movements": 0, "refused": 1}
+    assert "Of no movement a case was told; 1 were refused" in "\n".join(live_lines(none))
 
 
 def test_nothing_heard() -> None:
     found = figures_of([])
     assert found.movements == 0
     assert math.isnan(found.same)
-    assert "No movement" in "\n".join(live_lines({}))
+    assert "Of no movement a case was told." in "\n".join(live_lines(live_summary(found)))
 
 
 def test_movements_that_began_before_the_first_was_over_do_not_count() -> None:

@@ -140,7 +140,13 @@ def load_recordings(path: str | Path, segmentation: SegmentationConfig) -> list[
         for i, track in enumerate(tracks)
     ]
     if not any(recording.reaches for recording in recordings):
-        raise DataError(f"{path}: no reach found", expected="at least one that is seen throughout")
+        refused = [line for recording in recordings for line in recording.refused]
+        what = (
+            f"no reach can be used, of {len(refused)}; the first: {refused[0]}" if refused else ""
+        )
+        raise DataError(
+            f"{path}: {what or 'no reach found'}", expected="at least one that is seen throughout"
+        )
     return recordings
 
 

@@ -12,11 +12,12 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from hri_prediction.arm.geometry import SIDES
 from hri_prediction.bags.reader import BagReader
-from hri_prediction.errors import ConfigError
+from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.files.whole import write_whole
 from hri_prediction.ontology.cases import find_case
 from hri_prediction.ontology.classifier import InteractionClassifier
@@ -169,16 +170,24 @@ def label_interactions(
     if side not in SIDES:
         raise ConfigError(f"--side {side}", expected="right or left")
     machine = InteractionClassifier.load(classifier)
-    labelled = label_bag(bag, machine, _pair(bodies), side)
+    pair = _pair(bodies)
+    try:
+        labelled = label_bag(bag, machine, pair, side)
+    except DataError as error:
+        # The hint is one for sessions.yaml.
+        hint = (
+            "" if pair or "name two" not in error.hint else "name two of them: --bodies ONE,OTHER"
+        )
+        raise DataError(error.problem, expected=error.expected, hint=hint) from error
     rows = _rows(labelled)
     table = Table(box=None, pad_edge=False)
     for name in HEAD:
         left = name in ("who", "reason")
         table.add_column(
-            name.replace("_s", " [s]"), justify="left" if left else "right", overflow="fold"
+            escape(name.replace("_s", " [s]")), justify="left" if left else "right", overflow="fold"
         )
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*map(escape, row))
     console.print(table)
     counts = Counter(one.number for one in labelled if one.number)
     for number, count in counts.most_common(3):
@@ -201,7 +210,10 @@ def label_interactions(
 
 
 def _pair(given: str) -> tuple[str, ...]:
-    return tuple(part.strip() for part in given.split(",") if part.strip())
+    names = tuple(part.strip() for part in given.split(",") if part.strip())
+    if len(set(names)) != len(names) or len(names) not in (0, 2):
+        raise ConfigError(f"--bodies {given}", expected="two different ids, by comma")
+    return names
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -266,7 +266,7 @@ class LiveGraph(Closing):
         Raises:
             GraphError: when the robot does not set out.
         """
-        end_s, kept = time.monotonic() + SET_OUT_S, ""
+        end_s, kept, said = time.monotonic() + SET_OUT_S, "", dict[str, None]()
         while time.monotonic() < end_s:
             self._set_out()
             self.spin(10.0, lambda: self.speed() > 0.1)
@@ -274,11 +274,11 @@ class LiveGraph(Closing):
             kept = self._not_under_way(time.time())
             if not kept:
                 return
+            said |= dict.fromkeys(text for _, text in self.reasons)
         goal = self.goal.outcome if self.goal is not None else ""
-        said = _or_nothing([*dict.fromkeys(text for _, text in self.reasons)])
         raise GraphError(
-            f"the robot does not set out within {SET_OUT_S:.0f} s: {kept}; "
-            f"the last goal: {goal or 'not over'}; said meanwhile: {said}"
+            f"the robot was not seen in mid-motion within {SET_OUT_S:.0f} s: at last {kept}; "
+            f"the last goal: {goal or 'not over'}; said meanwhile: {_or_nothing([*said])}"
         )
 
     def _not_under_way(self, now_s: float) -> str:
@@ -295,7 +295,7 @@ class LiveGraph(Closing):
         if self.speed() <= REST:
             return f"its fastest joint goes at {self.speed():.3f} rad/s"
         if self.mover == "ptomp" and (left_s := self._planned_until_s - now_s) <= LEFT_S:
-            return f"its plan goes on for {left_s:.2f} s"
+            return f"its plan is over in {left_s:.2f} s, more than {LEFT_S} are wanted"
         return ""
 
     def _set_out(self) -> None:

@@ -97,7 +97,7 @@ def listen_live(folder: Path, case: int, seed: int, seconds: float) -> list[Hear
 def measure_live(
     folder: Path, cases: tuple[int, ...], seed: int, seconds: float
 ) -> dict[str, float | int]:
-    """Several dyads in turn; empty when no movement was told of.
+    """Several dyads in turn; of no times where no case was told.
 
     Args:
         folder: For logs and parameters.
@@ -113,5 +113,4 @@ def measure_live(
         own = folder / f"case_{case}"
         own.mkdir(parents=True, exist_ok=True)
         heard += listen_live(own, case, seed + number, seconds)
-    found = figures_of(heard)
-    return live_summary(found) if found.movements else {}
+    return live_summary(figures_of(heard))

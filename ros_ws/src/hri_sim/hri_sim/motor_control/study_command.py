@@ -94,7 +94,7 @@ def of_real(
             return {"skipped": str(error)}
         if not len(tables[convention].explained):
             why = "; ".join(dict.fromkeys(tables[convention].error.tolist()))
-            return {"skipped": f"no reach of {file} was explained: {why}"}
+            return {"skipped": f"no reach of {file} was explained by {convention}: {why}"}
     whole = tables[CONVENTION].explained
     found = by_task(whole, np.random.default_rng([seed, 4]))
     study_pictures.real_weights(found, pictures / "real_weights.png")
@@ -102,6 +102,7 @@ def of_real(
     return {
         "convention": CONVENTION,
         "left_out": _left_out(tables[CONVENTION], left_out[CONVENTION]),
+        "left_out_yaw_pitch": _left_out(tables[YAW_PITCH.name], left_out[YAW_PITCH.name]),
         "misfit_cm": float(np.median(whole.misfit_cm)),
         "misfit_cm_yaw_pitch": float(np.median(tables[YAW_PITCH.name].misfit_cm)),
         "sd_median": float(

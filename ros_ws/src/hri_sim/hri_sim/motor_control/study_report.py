@@ -332,6 +332,13 @@ def _chapter_3(content: Mapping[str, Any]) -> list[str]:
     ]
 
 
+def _left_out(convention: str, lines: Sequence[str]) -> list[str]:
+    """Which reaches could not be used with a convention of joint angles, if there are such."""
+    return (
+        ["", f"Left out, `{convention}`:\n", *(f"- {line}" for line in lines), ""] if lines else []
+    )
+
+
 def _real(content: Mapping[str, Any]) -> list[str]:
     found = content["real"]
     head = "## Real reaches\n"
@@ -386,9 +393,6 @@ def _real(content: Mapping[str, Any]) -> list[str]:
         "![real weights](motor_control/real_weights.png)\n",
         "![real errors](motor_control/real_errors.png)\n",
         differences(found),
-        *(
-            ["", "Left out:\n", *(f"- {line}" for line in found["left_out"]), ""]
-            if found["left_out"]
-            else []
-        ),
+        *_left_out(found["convention"], found["left_out"]),
+        *_left_out("yaw_pitch", found["left_out_yaw_pitch"]),
     ]

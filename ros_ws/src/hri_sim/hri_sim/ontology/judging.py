@@ -63,7 +63,7 @@ class Judged:
         table: The segments.
         told: What came of the splits.
         sought: Known costs that were sought.
-        live: How late cases are told; empty when none was told of, none when that was not measured.
+        live: How late cases are told; of no times when none was told, none when that was not measured.
         shipped: What the classifier that ships makes of them; none where it has learnt them.
         options: What else was asked for.
         refused: Of each recording of which movements were refused, how many and why, a line each.

@@ -138,6 +138,8 @@ def figures_of(heard: Sequence[Heard]) -> LiveFigures:
 def live_summary(found: LiveFigures) -> dict[str, float | int]:
     """For ``results.json``: times [ms]."""
     told: dict[str, float | int] = {"movements": found.movements, "refused": found.refused}
+    if not found.movements:
+        return told
     for name, values in (
         ("case", found.case_ms), ("known", found.known_ms),
         ("complete", found.complete_ms), ("computed", found.computed_ms),
@@ -156,8 +158,9 @@ def live_summary(found: LiveFigures) -> dict[str, float | int]:
 
 def live_lines(told: dict[str, float | int]) -> list[str]:
     """The part of a report that says how late cases are told."""
-    if not told:
-        return ["### Live\n", "No movement was told of.\n"]
+    if not told.get("movements"):
+        refused = f"; {told['refused']} were refused, with a reason" if told.get("refused") else ""
+        return ["### Live\n", f"Of no movement a case was told{refused}.\n"]
     names = {
         "case": "the end of a movement, to its case by what was seen until its end",
         "known": "the end of a movement, to the case that is told of it in the end",
@@ -177,8 +180,8 @@ def live_lines(told: dict[str, float | int]) -> list[str]:
     text = [
         "### Live\n",
         f"{told['movements']} movements of a dyad process at 250 Hz, watched by a monitor process that is "
-        f"held to one core; {told['refused']} others were refused, with a reason. Wanted: a case within "
-        f"{WANTED_MS:g} ms of the end: of "
+        f"held to one core; movements that were refused, with a reason: {told['refused']}. Wanted: a case "
+        f"within {WANTED_MS:g} ms of the end: of "
         f"{100 * told['told_within_50_ms']:.1f} % of them, "
         f"{'met' if told['case_most'] <= WANTED_MS else '**missed**'}. {hidden}"
         f"{same} were by then taken for what is told in the end. That was "

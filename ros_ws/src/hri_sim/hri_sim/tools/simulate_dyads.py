@@ -108,7 +108,7 @@ def simulate_dyads(
     # What is broken off leaves an empty folder, so that the same command can be given again.
     with (
         resumable(console, None),
-        TemporaryDirectory(prefix=f".{out.name}_", dir=out.parent) as part,
+        TemporaryDirectory(prefix=".part_", dir=out) as part,
         ProgressLine(console) as progress,
     ):
         progress.say("dyads")
@@ -131,8 +131,8 @@ def simulate_dyads(
             )
             progress.count(len(entries), len(sessions))
         write_sessions(Path(part) / SESSIONS, entries)
-        for made in Path(part).iterdir():
-            made.rename(out / made.name)
+        for name in (*(entry["bag"] for entry in entries), SESSIONS):
+            (Path(part) / name).rename(out / name)
     console.print(
         f"{len(entries)} bags, listed in {out / SESSIONS}", highlight=False, soft_wrap=True
     )

@@ -10,7 +10,8 @@ from hri_prediction.tracks.files import load_tracks
 from hri_prediction.tracks.track import ArmTrack
 
 _TOGETHER_S = 0.05
-"""Tracks of one recording overlap but for this at either end, where an arm may not be seen yet [s]."""
+"""Tracks of one recording are as long as each other, but for how sampling rates cut them [s]. Whether their
+first frames are the same instant no file says."""
 
 
 def read_beside(files: Sequence[Path], *, bag: bool, place: str) -> list[ArmTrack]:
@@ -52,7 +53,7 @@ def read_beside(files: Sequence[Path], *, bag: bool, place: str) -> list[ArmTrac
 
 
 def check_together(track: ArmTrack, others: Sequence[ArmTrack]) -> None:
-    """Refuse tracks that are not of different people in one recording.
+    """Refuse tracks that cannot be of different people in one recording.
 
     Raises:
         ConfigError: naming whose they are, or who was recorded when.

@@ -78,8 +78,8 @@ def _parser() -> argparse.ArgumentParser:
         nargs="+",
         default=[],
         metavar="FILE.npz",
-        help="track files of the others in the same recording, each of one arm and not placed yet: all go "
-        "into one bag, on one clock, and --place is for all of them",
+        help="track files of the others in the same recording, each of one arm, as long as this one and "
+        "not placed yet: all go into one bag, first frames at the same instant; --place is for all of them",
     )
     parser.add_argument("--subject", default="", help="person: a name, or one of the file's")
     parser.add_argument("--task", default="", help="name of the movement")
