@@ -23,7 +23,7 @@ from hri_prediction.motor_control.ocp import Motion, NotConverged, ReachSolver
 from hri_prediction.motor_control.problem import ReachProblem
 from hri_prediction.results.progress import ProgressLine
 from hri_prediction.tracks.track import ArmTrack
-from hri_sim.motor_control import people, real_reaches, study
+from hri_sim.motor_control import people, real_reaches, study, study_command
 from hri_sim.motor_control.averaged import levels
 from hri_sim.motor_control.chapter_2 import recovery
 from hri_sim.motor_control.chapter_3 import heights
@@ -181,6 +181,24 @@ def test_recordings_that_cannot_be_read_cost_no_report(
     result = CliRunner().invoke(app, arguments)
     assert result.exit_code == 0, result.output
     assert f"Left out: {file}" in (tmp_path / "motor_control.md").read_text()
+
+
+def test_recordings_of_which_nothing_is_explained_cost_no_report(
+    table: tuple[ReachTable, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found, _ = table
+    file = tmp_path / real_reaches.SOURCE
+    file.parent.mkdir(parents=True)
+    file.touch()
+    monkeypatch.setenv("HRI_DATA_DIR", str(tmp_path))
+    none = replace(found, error=np.array(["too short"] * len(found)))
+    monkeypatch.setattr(study_command, "explain_real", lambda *_, **__: (none, []))
+    with ProgressLine(Console(file=io.StringIO())) as progress:
+        told = of_real(
+            tmp_path, tmp_path, workers=1, scheduler=None, smoke=True, seed=0, progress=progress
+        )
+    assert told["skipped"].startswith(f"no reach of {file} was explained by ")
+    assert told["skipped"].endswith(": too short")
 
 
 def test_names_of_real_people_may_have_blanks(
