@@ -184,7 +184,9 @@ def label_interactions(
     for name in HEAD:
         left = name in ("who", "reason")
         table.add_column(
-            escape(name.replace("_s", " [s]")), justify="left" if left else "right", overflow="fold"
+            escape(name.replace("_s", " [s]").replace("_", " ")),
+            justify="left" if left else "right",
+            overflow="fold",
         )
     for row in rows:
         table.add_row(*map(escape, row))
