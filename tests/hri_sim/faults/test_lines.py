@@ -23,6 +23,7 @@ OTHER_GRAPHS = {
     "wrong_units": (1, 4),
     "mocap_swapped": (2, 3),
     "source_clock_back": (1, 4),
+    "wrong_frame": (2,),
 }
 """Repetitions with a policy, or with a monitor. Of motion capture each of the other lines has one of the
 other graphs, and of disturbances the second repetition a monitor; the report has all, many times."""
