@@ -8,7 +8,7 @@ import pytest
 
 from hri_prediction.errors import ConfigError
 from hri_sim.benchmark import rows
-from hri_sim.reproduction import closer, command, pictures
+from hri_sim.reproduction import closer, command, drawing, pictures
 from hri_sim.reproduction.bars import BARS
 from hri_sim.reproduction.elsewhere import ELSEWHERE
 from hri_sim.reproduction.sections import SECTIONS
@@ -24,6 +24,7 @@ def run_main(monkeypatch, *arguments) -> int:
 
 
 def test_smoke_makes_everything_and_does_nothing_twice(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(drawing, "DPI", 30)
     options = ("--smoke", "--rows", tmp_path / "rows", "--out", tmp_path, "--workers", 2)
     assert run_main(monkeypatch, *options) == 0
     content = json.loads((tmp_path / "ptomp.json").read_text())

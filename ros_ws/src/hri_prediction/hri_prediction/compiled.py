@@ -1,8 +1,9 @@
 """Numba, set up once for the whole project.
 
 numba keys its on-disk cache by the file of the compiled function alone, so a kernel whose *callee*
-in another file changed would be served stale. Here the cache folder is named after a hash of all
-sources of the project's packages: a change anywhere means a fresh cache.
+in another file changed would be served stale, and so would one with a constant of another file. Here the
+cache folder is named after a hash of all sources of the project that modules with kernels import, and
+these import: a change in any of them means a fresh cache.
 
 Import ``njit`` from this module, never from numba.
 """
@@ -14,12 +15,18 @@ import functools
 import hashlib
 import importlib.util
 import os
+import re
 import shutil
 import time
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 _PACKAGES = ("hri_prediction", "hri_planner", "hri_sim")
+_IMPORT = re.compile(
+    rb"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)|import[ \t]+([^\n]+))", re.MULTILINE
+)
+_WORD, _DOTTED = re.compile(rb"\w+"), re.compile(rb"[\w.]+")
 UNUSED_S = 30 * 24 * 3600.0
 """A cache folder that no process has used for so long may go [s]."""
 
@@ -33,23 +40,56 @@ def processor() -> str:
     return f"{system} {name} {hashlib.sha256(features.encode()).hexdigest()[:8]}"
 
 
-def source_hash() -> str:
-    """Hash (16 hex digits) of the Python sources of all installed packages of this project."""
-    digest = hashlib.sha256()
+def _sources() -> dict[str, bytes]:
+    """Sources of all installed packages of this project, by module."""
+    found = {}
     for name in _PACKAGES:
         spec = importlib.util.find_spec(name)
         if spec is None or not spec.submodule_search_locations:
             continue
         root = Path(next(iter(spec.submodule_search_locations)))
-        for path in sorted(root.rglob("*.py")):
-            digest.update(str(path.relative_to(root)).encode())
-            digest.update(path.read_bytes())
+        for path in root.rglob("*.py"):
+            parts = (name, *path.relative_to(root).with_suffix("").parts)
+            found[".".join(parts).removesuffix(".__init__")] = path.read_bytes()
+    return found
+
+
+def _imported(source: bytes) -> Iterator[str]:
+    """What may be modules that a source imports; with words, as to parse it takes ten times as long."""
+    for module, names, modules in _IMPORT.findall(source):
+        whole = module.decode()
+        yield whole
+        yield from (f"{whole}.{name.decode()}" for name in _WORD.findall(names))
+        yield from (name.decode() for name in _DOTTED.findall(modules))
+
+
+def kernel_sources(sources: Mapping[str, bytes]) -> dict[str, bytes]:
+    """Those of some sources, by module, on which a compiled kernel may depend; in alphabetical order."""
+    found = {name for name, source in sources.items() if b"njit" in source}
+    waiting = list(found)
+    while waiting:
+        new = {name for name in _imported(sources[waiting.pop()]) if name in sources} - found
+        found |= new
+        waiting += new
+    return {name: sources[name] for name in sorted(found)}
+
+
+def _hash(sources: Mapping[str, bytes]) -> str:
+    digest = hashlib.sha256()
+    for name, source in sorted(sources.items()):
+        digest.update(name.encode())
+        digest.update(source)
     return digest.hexdigest()[:16]
 
 
+def source_hash() -> str:
+    """Hash (16 hex digits) of the Python sources of all installed packages of this project."""
+    return _hash(_sources())
+
+
 def cache_folder() -> Path:
-    """Cache folder of the present sources; a ``NUMBA_CACHE_DIR`` that is set becomes its parent."""
-    name = f"hri-{source_hash()}"
+    """Cache folder of the present kernels; a ``NUMBA_CACHE_DIR`` that is set becomes its parent."""
+    name = f"hri-{_hash(kernel_sources(_sources()))}"
     if os.environ.get("NUMBA_BOUNDSCHECK", "0") not in ("", "0"):
         name += "-checked"  # kernels that check their indices are other kernels
     given = os.environ.get("NUMBA_CACHE_DIR")

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import numpy as np
 
 from hri_planner.warm import warm_kernels as warm_planner_kernels
@@ -34,9 +37,44 @@ def warm_simulation() -> None:
         simulation.table_clearance()
 
 
+def warm_people() -> None:
+    """Compile the kernels that have to do with people: predictor and interaction monitor."""
+    warm_prediction_kernels()
+    warm_watch()
+
+
+def warm_robot() -> None:
+    """Compile the kernels that have to do with the robot: planner, policies, monitor, simulator."""
+    warm_planner_kernels()
+    warm_simulation()
+
+
 def warm_kernels() -> None:
     """Compile the kernels of all packages."""
-    warm_prediction_kernels()
-    warm_planner_kernels()
-    warm_watch()
-    warm_simulation()
+    warm_people()
+    warm_robot()
+
+
+def warm_kernels_side_by_side() -> None:
+    """Compile them into an empty cache in two processes, as a compiler uses one core.
+
+    Raises:
+        subprocess.CalledProcessError: when they cannot be compiled.
+    """
+    code = "import hri_sim.warm as w; w.{}()"
+    commands = [
+        [sys.executable, "-c", code.format(part.__name__)] for part in (warm_robot, warm_people)
+    ]
+    running = [subprocess.Popen(command) for command in commands]
+    try:
+        codes = [process.wait() for process in running]
+    except BaseException:
+        for process in running:
+            process.kill()
+            process.wait()
+        raise
+    for command, exit_code in zip(commands, codes, strict=True):
+        if exit_code:
+            raise subprocess.CalledProcessError(exit_code, command)
+    # Of a kernel that both have compiled, with other types, one may have replaced the other's entry.
+    warm_kernels()

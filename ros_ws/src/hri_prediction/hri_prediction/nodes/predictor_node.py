@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from visualization_msgs.msg import MarkerArray
@@ -23,7 +23,6 @@ from hri_prediction.ros.conversions import (
     message_from_prediction,
 )
 from hri_prediction.ros.following import FollowedArm, FollowedBody
-from hri_prediction.ros.learning import Learning, targets_of
 from hri_prediction.ros.markers import arm_markers, prediction_markers
 from hri_prediction.ros.messages import HumanArm, HumanPrediction, IdsList, LoadModel
 from hri_prediction.ros.node import ERROR, OK, WARN, HriNode, run_node
@@ -33,6 +32,9 @@ from hri_prediction.ros.time import NANO
 from hri_prediction.ros.tracked import TRACKED, take_list
 from hri_prediction.tracked_lists import TrackedLists
 from hri_prediction.warm import warm_kernels
+
+if TYPE_CHECKING:
+    from hri_prediction.ros.learning import Learning
 
 MARKER_PERIOD_NS = NANO // 10
 _ARM_TOPIC = "humans/bodies/{}/arm"
@@ -95,28 +97,30 @@ class PredictorNode(HriNode):
         self._compute_ms: deque[float] = deque(maxlen=500)
         self._next_markers_ns = 0
         guess = declare_config(self, HybridConfig, prefix="guess")
-        if self._config.hybrid:
-            self.get_logger().info("starting what learns people; the first time it is compiled")
-        self._learning = (
-            Learning(
-                targets_of(self._config.target_names, self._config.target_positions),
-                self._prediction_config,
-                guess,
-                facing=self._config.facing,
-                weights=self._config.weights,
-                folder=self._config.people_folder,
-                people=self._config.people,
-                at_once=self.lockstep,
-            )
-            if self._config.hybrid
-            else None
-        )
+        self._learning = self._learn(guess) if self._config.hybrid else None
         self._without = "none (hybrid)" if self._learning else "none (constant velocity)"
         warm_kernels()
         self._markers = self.announce(MarkerArray, "humans/markers", reliable(1))
         self.listen(IdsList, TRACKED, self._on_ids, LISTS)
         self.serve(LoadModel, "~/load_model", self._on_load_model)
         self.set_period(self._config.period)
+
+    def _learn(self, guess: HybridConfig) -> Learning:
+        """What learns people."""
+        # Here, as it takes as long to load as a third of all else, and a predictor with a library needs none.
+        from hri_prediction.ros.learning import Learning, targets_of
+
+        self.get_logger().info("starting what learns people; the first time it is compiled")
+        return Learning(
+            targets_of(self._config.target_names, self._config.target_positions),
+            self._prediction_config,
+            guess,
+            facing=self._config.facing,
+            weights=self._config.weights,
+            folder=self._config.people_folder,
+            people=self._config.people,
+            at_once=self.lockstep,
+        )
 
     def _load(self, path: str) -> TaskLibrary:
         library = TaskLibrary.load(path)

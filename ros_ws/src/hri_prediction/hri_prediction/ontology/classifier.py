@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import cho_solve, solve_triangular
-from scipy.optimize import minimize_scalar
 from scipy.special import expit, logsumexp
 
 from hri_prediction.errors import DataError, shown
@@ -339,6 +338,9 @@ def _likeliest_slope(
             for model, features, labels in parts
         ]
         return float(np.concatenate(told).mean())
+
+    # Here, as it takes a tenth of the start of a node to load, and none of them trains.
+    from scipy.optimize import minimize_scalar
 
     found = minimize_scalar(
         badness, bounds=tuple(np.log(_SLOPES)), method="bounded", options={"xatol": 0.05}

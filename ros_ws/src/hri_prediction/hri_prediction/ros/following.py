@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
-from hri_prediction.hybrid.watch import ArmWatch
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.prediction.facing import FacingWatch
 from hri_prediction.prediction.input_check import TOLD
@@ -14,6 +14,9 @@ from hri_prediction.prediction.output import Prediction, ReachState
 from hri_prediction.prediction.predictor import ReachPredictor
 from hri_prediction.ros.node import CountedPublisher
 from hri_prediction.tracks.track import ArmSample
+
+if TYPE_CHECKING:  # it takes a while to load, and only who learns people needs it
+    from hri_prediction.hybrid.watch import ArmWatch
 
 
 class FollowedArm:

@@ -1,4 +1,7 @@
-"""What a run tells the predictor so that it learns the person who reaches."""
+"""What a run tells the predictor so that it learns the person who reaches.
+
+What that needs takes half a second to load, and most runs learn nobody: it is imported where it is used.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 from hri_planner.ptomp.variants import find_variant
 from hri_prediction.errors import ConfigError
-from hri_prediction.hybrid.body import CONVENTION
-from hri_prediction.hybrid.loop import warm_loop
-from hri_prediction.hybrid.people_command import DEFAULT_FOLDER
-from hri_prediction.hybrid.store import check_person
-from hri_prediction.motor_control.compiled_graph import is_prepared
 from hri_sim.scenario.schema import Scenario
 
 if TYPE_CHECKING:
@@ -24,6 +22,10 @@ def have_compiled(say: Callable[[str], None]) -> None:
     Args:
         say: Told that it takes a while.
     """
+    from hri_prediction.hybrid.body import CONVENTION
+    from hri_prediction.hybrid.loop import warm_loop
+    from hri_prediction.motor_control.compiled_graph import is_prepared
+
     if not is_prepared(CONVENTION):
         say("compiling what learns people, once")
         warm_loop()
@@ -37,6 +39,9 @@ def learning(options: RunOptions, scenario: Scenario) -> dict[str, Any]:
     """
     if options.person is None:
         return {}
+    from hri_prediction.hybrid.people_command import DEFAULT_FOLDER
+    from hri_prediction.hybrid.store import check_person
+
     check_person(options.person)
     if find_variant(options.planner).prediction != "promp":
         raise ConfigError(

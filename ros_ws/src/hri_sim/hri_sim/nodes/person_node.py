@@ -14,12 +14,12 @@ from hri_prediction.ros.parameters import declare_config
 from hri_prediction.ros.qos import reliable
 from hri_prediction.ros.time import NANO, to_ns
 from hri_sim.nodes.captured_bodies import CapturedBodies
-from hri_sim.nodes.simulator_node import read_scenario
 from hri_sim.people.capture import CapturedArm
 from hri_sim.people.person import SimulatedPerson
 from hri_sim.people.seeding import reach_generator, tracking_generator
 from hri_sim.people.tracking import SAMPLE_PERIOD_NS, TrackingModel
 from hri_sim.scenario.schema import Scenario
+from hri_sim.scenario.shipped import scenario_or_shipped
 
 MAX_CUE_S = 600.0
 """Longer delays or durations in a cue are taken for mistakes [s]."""
@@ -46,7 +46,7 @@ class PersonNode(HriNode):
     def __init__(self, **kwargs: Any) -> None:
         super().__init__("person", period_s=SAMPLE_PERIOD_NS / NANO, **kwargs)
         config = declare_config(self, PersonNodeConfig)
-        self._scenario: Scenario = read_scenario(config.scenario)
+        self._scenario: Scenario = scenario_or_shipped(config.scenario)
         if not self._scenario.persons:
             raise ConfigError(
                 f"scenario {self._scenario.name!r} has no persons", expected="at least one"
@@ -100,7 +100,7 @@ class PersonNode(HriNode):
     def _on_reset(self, request: Reset.Request, response: Reset.Response) -> Reset.Response:
         try:
             if request.scenario:
-                scenario = read_scenario(request.scenario)
+                scenario = scenario_or_shipped(request.scenario)
                 # An arm that was there and is no longer would be waited for by all who know of it.
                 if _arms(scenario) != _arms(self._scenario):
                     raise ConfigError(

@@ -26,7 +26,7 @@ from hri_prediction.ros.template import templates
 from hri_prediction.ros.time import seconds_to_ns, to_ns, to_time
 from hri_sim.nodes.arms import TrueArms
 from hri_sim.scenario.schema import Scenario, load_scenario
-from hri_sim.scenario.shipped import load_shipped
+from hri_sim.scenario.shipped import scenario_or_shipped
 from hri_sim.simulator.controller import IDLE, STOPPING, TRACKING
 from hri_sim.simulator.simulation import STEP_NS, Simulation, SimulatorConfig
 from hri_sim.simulator.stopchain import NO_HEARTBEAT, TOUCHED
@@ -69,11 +69,6 @@ class SimulatorNodeConfig:
         validate(self)
 
 
-def read_scenario(path: str) -> Scenario:
-    """The scenario at ``path``; the table scene that ships when empty."""
-    return load_scenario(path) if path else load_shipped("table_reach")
-
-
 class SimulatorNode(HriNode):
     """Stands in for the robot: takes trajectories, gives joint states, knows the true distances."""
 
@@ -96,7 +91,7 @@ class SimulatorNode(HriNode):
         self._active_ns = 0
         self._wall_base_s = time.monotonic()
         warm_simulation()
-        self._load(read_scenario(config.scenario), self.now_ns())
+        self._load(scenario_or_shipped(config.scenario), self.now_ns())
 
         self._joint_states = self.announce(JointState, "joint_states", SENSOR)
         self._sim_state = self.announce(SimState, "sim/state", SENSOR)

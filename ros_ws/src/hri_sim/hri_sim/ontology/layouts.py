@@ -20,7 +20,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
 
 from hri_prediction.compiled import njit
 from hri_prediction.errors import ConfigError
@@ -284,6 +283,9 @@ def find_layout(
         ConfigError: when there is no such position, or no layout was found.
     """
     yaw, shoulders = seats(position)
+    # Here, as it takes a while to load, and the places that ship are read, not searched for.
+    from scipy.optimize import minimize
+
     edges = shared_by_turns(case.edges, near.edges if near else frozenset())
     base = Layout(position, yaw, shoulders, np.zeros((2, 2, 3)), np.zeros((2, 3)))
 

@@ -7,7 +7,7 @@ from importlib import resources
 import yaml
 
 from hri_prediction.errors import ConfigError
-from hri_sim.scenario.schema import Scenario, scenario_from_mapping
+from hri_sim.scenario.schema import Scenario, load_scenario, scenario_from_mapping
 
 _FOLDER = resources.files("hri_sim").joinpath("scenarios")
 
@@ -28,3 +28,8 @@ def load_shipped(name: str) -> Scenario:
         raise ConfigError(f"no scenario {name!r}", expected="one of " + ", ".join(shipped_names()))
     text = _FOLDER.joinpath(f"{name}.yaml").read_text(encoding="utf-8")
     return scenario_from_mapping(yaml.safe_load(text), where=name)
+
+
+def scenario_or_shipped(path: str) -> Scenario:
+    """The scenario at ``path``; the table scene that ships when empty."""
+    return load_scenario(path) if path else load_shipped("table_reach")

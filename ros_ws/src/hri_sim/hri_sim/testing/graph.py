@@ -98,6 +98,7 @@ class Graph(Closing):
         self._client_node = Node("test_client", context=self.context)
         self.lockstep.executor.add_node(self._client_node)
         self._clients: dict[str, ActionClient] = {}
+        self._decoded: dict[str, list[Any]] = {}
 
     def close(self) -> None:
         """Destroy everything; further calls do nothing."""
@@ -120,7 +121,7 @@ class Graph(Closing):
         return self.lockstep.log.messages
 
     def messages(self, topic: str) -> list[Any]:
-        """The logged messages of a topic, deserialized.
+        """The logged messages of a topic, deserialized once: they are not to be changed.
 
         Raises:
             GraphError: when no node announces the topic; the known ones are listed.
@@ -129,7 +130,10 @@ class Graph(Closing):
             raise GraphError(
                 f"no node announces {topic}", expected="one of " + ", ".join(sorted(self.log))
             )
-        return [deserialize_message(data, self._type_of(topic)) for _, data in self.log[topic]]
+        decoded, message_type = self._decoded.setdefault(topic, []), self._type_of(topic)
+        for _, data in self.log[topic][len(decoded) :]:
+            decoded.append(deserialize_message(data, message_type))
+        return list(decoded)
 
     def newest(self, topic: str) -> Any:
         """The newest logged message of a topic, deserialized.

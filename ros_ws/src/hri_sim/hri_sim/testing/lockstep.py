@@ -99,6 +99,9 @@ class LockStep:
         # What was said on a topic before somebody began to listen to it, who will never get it.
         self._missed: dict[tuple[Node, str], int] = {}
         self._depths: dict[tuple[Node, str], int] = {}
+        # Who listens to a topic, and how much of it all of them have, as long as nobody comes or goes.
+        self._listening: dict[str, list[HriNode | TopicLog]] = {}
+        self._delivered: dict[str, int] = {}
         for node in self.nodes:
             period = seconds_to_ns(node.period_s)
             if period <= 0 or period % self.step_ns:
@@ -123,13 +126,22 @@ class LockStep:
         return [*self.nodes, self.log]
 
     def _listeners(self, topic: str) -> list[HriNode | TopicLog]:
-        return [node for node in self._all() if topic in node.received]
+        found = self._listening.get(topic)
+        if found is None:
+            found = [node for node in self._all() if topic in node.received]
+            self._listening[topic] = found
+        return found
+
+    def _forget_listeners(self) -> None:
+        self._listening.clear()
+        self._delivered.clear()
 
     def _discover(self) -> None:
         """Wait until every publisher sees all of its subscribers, also those made on the way."""
         known = sum(node.topic_changes for node in self.nodes)
         if known + len(self.log.received) == self._known:
             return
+        self._forget_listeners()
         for node in self.nodes:
             for topic, publisher in node.publishers_by_topic.items():
                 self.log.watch(topic, publisher.message_type, publisher.qos)
@@ -188,7 +200,11 @@ class LockStep:
         sent in one tick (a simulator that makes up for a jump of time), the first are not waited for.
         """
         deadline = time.monotonic() + self.timeout_s
-        sent = self._sent()
+        sent = {
+            topic: count
+            for topic, count in self._sent().items()
+            if self._delivered.get(topic) != count
+        }
         for topic, count in sent.items():
             for node in self._listeners(topic):
                 waiting = count - self._missed[node, topic] - node.received[topic]
@@ -197,13 +213,15 @@ class LockStep:
             for node in self._listeners(topic):
                 wanted = count - self._missed[node, topic]
                 while node.received[topic] < wanted:
-                    self._spin(deadline, node.get_name(), topic, node.received[topic], wanted)
+                    self._spin(deadline, node, topic, wanted)
+            self._delivered[topic] = count
 
-    def _spin(self, deadline: float, node: str, topic: str, got: int, wanted: int) -> None:
+    def _spin(self, deadline: float, node: HriNode | TopicLog, topic: str, wanted: int) -> None:
         self.executor.spin_once(timeout_sec=0.01)
         if time.monotonic() > deadline:
             raise GraphError(
-                f"node {node} has {got} messages of {topic} after {self.timeout_s} s",
+                f"node {node.get_name()} has {node.received[topic]} messages of {topic} after "
+                f"{self.timeout_s} s",
                 expected=f"{wanted}",
                 hint="a callback is blocked, or the queue of this subscription is too short",
             )
@@ -264,6 +282,7 @@ class LockStep:
             self._outside[topic] += count
         self.nodes.remove(node)
         self._known = -1
+        self._forget_listeners()
         self._missed = {pair: count for pair, count in self._missed.items() if pair[0] is not node}
         self.executor.remove_node(node)
         node.close()

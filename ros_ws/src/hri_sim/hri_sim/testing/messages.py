@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from functools import lru_cache
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -19,7 +22,7 @@ def numbers(value: Any, name: str) -> list[tuple[str, float]]:
     if hasattr(value, "get_fields_and_field_types"):
         return [
             found
-            for field in value.get_fields_and_field_types()
+            for field in _fields_of_floats(type(value))
             for found in numbers(getattr(value, field), f"{name}.{field}")
         ]
     if isinstance(value, str | bytes | bool | int | np.integer):
@@ -31,3 +34,19 @@ def numbers(value: Any, name: str) -> list[tuple[str, float]]:
             return [(name, float(bad[0]))] if len(bad) else []
         return [found for item in value for found in numbers(item, name)]
     return []
+
+
+@lru_cache(maxsize=None)
+def _fields_of_floats(message_type: Any) -> tuple[str, ...]:
+    """Fields of a message in which there may be floats: strings, whole numbers and stamps are passed."""
+    fields: dict[str, str] = message_type.get_fields_and_field_types()
+    return tuple(name for name, kind in fields.items() if _holds_floats(kind))
+
+
+def _holds_floats(kind: str) -> bool:
+    """Whether a type, as ROS writes it, is or holds floats: ``sequence<double>``, ``std_msgs/Header``."""
+    kind = re.sub(r"^sequence<([^,>]*).*$|\[.*\]$", r"\1", kind)
+    if "/" not in kind:
+        return kind in ("double", "float")
+    package, _, name = kind.partition("/")
+    return bool(_fields_of_floats(getattr(import_module(f"{package}.msg"), name)))
