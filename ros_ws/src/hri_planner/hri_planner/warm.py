@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hri_planner.dmp.potential_field import FieldConfig
 from hri_planner.dmp.runner import DmpRunner
@@ -16,7 +16,7 @@ from hri_planner.policy.stretch import Limits, stretch
 from hri_planner.policy.tool_velocity import ToolVelocity, ToolVelocityConfig
 from hri_planner.ptomp import HumanForecast, PtompConfig, PtompPlanner, TableBox
 from hri_planner.ptomp.costs import CostModel
-from hri_planner.robot import load_robot
+from hri_planner.robot import RobotModel, load_robot
 from hri_planner.separation.config import (
     PREDICTED,
     BodyConfig,
@@ -30,44 +30,65 @@ from hri_planner.separation.track import ArmWatch
 from hri_prediction.arm.geometry import arm_capsules
 from hri_prediction.geometry import capsule_distances
 
+PRECISIONS = ("double", "single")
+"""Of the planner."""
+_START = np.radians([-40.0, -40.0, 0.0, 90.0, 0.0, -40.0, 0.0])
+_ARM = np.array([[0.8, 0.0, 0.4], [0.7, 0.0, 0.3], [0.5, 0.0, 0.3], [0.4, 0.0, 0.3]])
+_RADII = np.array([0.05, 0.04, 0.05])
+
 
 def warm_kernels() -> None:
-    """Compile all kernels, with the types they are used with, into the cache.
+    """Compile all kernels, with the types they are used with, into the cache; called by nodes."""
+    for precision in PRECISIONS:
+        warm_ptomp(precision)
+    warm_policies()
+    warm_separation()
 
-    A short reach past an arm in the way touches each of them; called by the set-up and by nodes.
+
+def _goal(robot: RobotModel) -> NDArray[np.float64]:
+    return robot.frames(np.radians([40.0, -40.0, 0.0, 90.0, 0.0, -40.0, 0.0]))[3]
+
+
+def warm_ptomp(precision: str) -> None:
+    """Compile the kernels of the planner: a short reach past an arm in the way touches each of them.
+
+    Args:
+        precision: One of :data:`PRECISIONS`.
     """
     robot = load_robot()
-    start = np.radians([-40.0, -40.0, 0.0, 90.0, 0.0, -40.0, 0.0])
-    goal = robot.frames(np.radians([40.0, -40.0, 0.0, 90.0, 0.0, -40.0, 0.0]))[3]
+    goal = _goal(robot)
     table = TableBox((0.5, 0.0, -0.1), (1.0, 1.0, 0.1))
-    arm = np.array([[0.8, 0.0, 0.4], [0.7, 0.0, 0.3], [0.5, 0.0, 0.3], [0.4, 0.0, 0.3]])
-    radii = np.array([0.05, 0.04, 0.05])
-    people = HumanForecast(0.0, 0.1, arm[None], np.full((1, 4), 0.02), radii)
-    for precision, weights in product(("double", "single"), ("total", "per_step")):
+    people = HumanForecast(0.0, 0.1, _ARM[None], np.full((1, 4), 0.02), _RADII)
+    for weights in ("total", "per_step"):
         config = PtompConfig(precision=precision, weights=weights)
         planner = PtompPlanner(robot, config, np.random.default_rng(0), table)
-        planner.start(start, np.zeros(7), goal, 1.0, 0.0)
+        planner.start(_START, np.zeros(7), goal, 1.0, 0.0)
         planner.replan(0.04, [people], iterations=4)
         costs = CostModel(robot, config, table)
         costs.bind(np.linspace(0.0, 0.4, 5), goal, [people], 0.05)
-        costs.clearances(np.tile(start[:, None], (1, 1, 5)))  # asked for when there is a contact
-    axes = np.stack((arm[:-1], arm[1:]), axis=1)
-    capsule_distances(robot.robot_capsules(start), robot.capsule_radii, axes, radii)
+        costs.clearances(np.tile(_START[:, None], (1, 1, 5)))  # asked for when there is a contact
+
+
+def warm_policies() -> None:
+    """Compile the kernels of policies: one that moves past the same arm."""
+    robot = load_robot()
+    goal = _goal(robot)
+    axes = np.stack((_ARM[:-1], _ARM[1:]), axis=1)
+    capsule_distances(robot.robot_capsules(_START), robot.capsule_radii, axes, _RADII)
     inverse = ToolVelocity(robot, ToolVelocityConfig())
-    inverse.tool_motion(start, np.zeros(7))
-    partner = Partner(arm[-1], np.zeros(3), joints=arm, speeds=np.zeros((4, 3)))
+    inverse.tool_motion(_START, np.zeros(7))
+    partner = Partner(_ARM[-1], np.zeros(3), joints=_ARM, speeds=np.zeros((4, 3)))
     partner.distance(goal)
     limits = Limits(SeparationConfig(), True, 0.0)
     still = np.zeros(3)
     for reach in (0.0, 0.1):
         limits = replace(limits, link_reach=reach)
-        stretch(goal, still, still, start, np.zeros(7), [partner], 1, 0.004, limits, inverse)
-    policy = straight_policy(robot, start, {"goal": goal}, limits.boxes, 1.0)
+        stretch(goal, still, still, _START, np.zeros(7), [partner], 1, 0.004, limits, inverse)
+    policy = straight_policy(robot, _START, {"goal": goal}, limits.boxes, 1.0)
     runner = DmpRunner(policy, FieldConfig(), limits, 0.004)
-    tool = robot.frames(start)[3]
+    tool = robot.frames(_START)[3]
     runner.set_out(tool, goal, 0.0)
-    runner.move(runner.begin(tool), goal, [partner], start, np.zeros(7), 1, inverse)
-    warm_separation()
+    runner.move(runner.begin(tool), goal, [partner], _START, np.zeros(7), 1, inverse)
 
 
 def warm_separation() -> None:

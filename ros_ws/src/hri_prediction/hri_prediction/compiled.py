@@ -24,7 +24,8 @@ from typing import Any
 
 _PACKAGES = ("hri_prediction", "hri_planner", "hri_sim")
 _IMPORT = re.compile(
-    rb"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)|import[ \t]+([^\n]+))", re.MULTILINE
+    rb"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)|import[ \t]+([^\n]+))",
+    re.MULTILINE,
 )
 _WORD, _DOTTED = re.compile(rb"\w+"), re.compile(rb"[\w.]+")
 UNUSED_S = 30 * 24 * 3600.0

@@ -7,7 +7,7 @@ import sys
 
 import numpy as np
 
-from hri_planner.warm import warm_kernels as warm_planner_kernels
+from hri_planner.warm import PRECISIONS, warm_policies, warm_ptomp, warm_separation
 from hri_prediction.ontology.warm import warm_watch
 from hri_prediction.warm import warm_kernels as warm_prediction_kernels
 from hri_sim.scenario.conditions import draw_scenario
@@ -37,22 +37,26 @@ def warm_simulation() -> None:
         simulation.table_clearance()
 
 
-def warm_people() -> None:
-    """Compile the kernels that have to do with people: predictor and interaction monitor."""
+def warm_first_half() -> None:
+    """Compile what takes half of the time: what has to do with people, and the planner that is usual."""
     warm_prediction_kernels()
     warm_watch()
+    warm_ptomp(PRECISIONS[0])
 
 
-def warm_robot() -> None:
-    """Compile the kernels that have to do with the robot: planner, policies, monitor, simulator."""
-    warm_planner_kernels()
+def warm_second_half() -> None:
+    """Compile the rest: the planner in the other precision, policies, monitor, simulator."""
+    for precision in PRECISIONS[1:]:
+        warm_ptomp(precision)
+    warm_policies()
+    warm_separation()
     warm_simulation()
 
 
 def warm_kernels() -> None:
     """Compile the kernels of all packages."""
-    warm_people()
-    warm_robot()
+    warm_first_half()
+    warm_second_half()
 
 
 def warm_kernels_side_by_side() -> None:
@@ -62,9 +66,8 @@ def warm_kernels_side_by_side() -> None:
         subprocess.CalledProcessError: when they cannot be compiled.
     """
     code = "import hri_sim.warm as w; w.{}()"
-    commands = [
-        [sys.executable, "-c", code.format(part.__name__)] for part in (warm_robot, warm_people)
-    ]
+    halves = (warm_first_half, warm_second_half)
+    commands = [[sys.executable, "-c", code.format(half.__name__)] for half in halves]
     running = [subprocess.Popen(command) for command in commands]
     try:
         codes = [process.wait() for process in running]

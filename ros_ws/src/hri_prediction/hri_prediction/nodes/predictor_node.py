@@ -107,7 +107,7 @@ class PredictorNode(HriNode):
 
     def _learn(self, guess: HybridConfig) -> Learning:
         """What learns people."""
-        # Here, as it takes as long to load as a third of all else, and a predictor with a library needs none.
+        # Here, as it takes half a second to load, and a predictor with a library needs none of it.
         from hri_prediction.ros.learning import Learning, targets_of
 
         self.get_logger().info("starting what learns people; the first time it is compiled")

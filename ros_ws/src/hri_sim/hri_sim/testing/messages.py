@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
-from functools import lru_cache
-from importlib import import_module
+from functools import cache
 from typing import Any
 
 import numpy as np
+
+WITHOUT_FLOATS = ("std_msgs/Header", "builtin_interfaces/Time", "builtin_interfaces/Duration")
+"""Messages in messages that are there often."""
 
 
 def numbers(value: Any, name: str) -> list[tuple[str, float]]:
@@ -20,9 +22,10 @@ def numbers(value: Any, name: str) -> list[tuple[str, float]]:
     if isinstance(value, float):
         return [(name, value)]
     if hasattr(value, "get_fields_and_field_types"):
+        message_type: Any = type(value)
         return [
             found
-            for field in _fields_of_floats(type(value))
+            for field in _fields_of_floats(message_type)
             for found in numbers(getattr(value, field), f"{name}.{field}")
         ]
     if isinstance(value, str | bytes | bool | int | np.integer):
@@ -36,17 +39,14 @@ def numbers(value: Any, name: str) -> list[tuple[str, float]]:
     return []
 
 
-@lru_cache(maxsize=None)
+@cache
 def _fields_of_floats(message_type: Any) -> tuple[str, ...]:
-    """Fields of a message in which there may be floats: strings, whole numbers and stamps are passed."""
+    """Fields of a message type in which there may be floats: strings, whole numbers, stamps are passed."""
     fields: dict[str, str] = message_type.get_fields_and_field_types()
-    return tuple(name for name, kind in fields.items() if _holds_floats(kind))
+    return tuple(name for name, kind in fields.items() if _may_hold_floats(kind))
 
 
-def _holds_floats(kind: str) -> bool:
-    """Whether a type, as ROS writes it, is or holds floats: ``sequence<double>``, ``std_msgs/Header``."""
+def _may_hold_floats(kind: str) -> bool:
+    """Whether there may be floats in a type, as ROS writes it, such as ``sequence<double>``."""
     kind = re.sub(r"^sequence<([^,>]*).*$|\[.*\]$", r"\1", kind)
-    if "/" not in kind:
-        return kind in ("double", "float")
-    package, _, name = kind.partition("/")
-    return bool(_fields_of_floats(getattr(import_module(f"{package}.msg"), name)))
+    return kind in ("double", "float") or ("/" in kind and kind not in WITHOUT_FLOATS)
