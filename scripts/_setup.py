@@ -384,7 +384,7 @@ def warm_kernels(env: dict[str, str]) -> None:
         return
     say("compiling kernels")
     code = (
-        "import hri_sim.warm as w; w.warm_kernels_side_by_side(); "
+        "import hri_sim.warm as w; w.fill_cache(); "
         "import hri_prediction.compiled as c; c.remove_unused_caches()"
     )
     run([str(VENV / "bin" / "python"), "-c", code], "compiling kernels", {}, env)

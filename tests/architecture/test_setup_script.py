@@ -70,7 +70,7 @@ class Programs:
         text = " ".join(command)
         kind = next(
             word
-            for word in ("-m venv", "pip --version", "pip install", "build", "warm_kernels", "")
+            for word in ("-m venv", "pip --version", "pip install", "build", "fill_cache", "")
             if word in text
         )
         self.started.append(kind)
@@ -126,6 +126,39 @@ def test_wrong_python(tmp_path: Path) -> None:
     line = _one_line(done.stderr)
     assert "needs Python 3.11 or 3.12" in line
     assert "found: Python 3.9.1" in line
+
+
+@pytest.mark.parametrize("made", [True, False])
+def test_the_python_of_an_environment_is_kept(tmp_path: Path, made: bool) -> None:
+    """Another one would make it anew. Where there is none yet, the system's own comes before others."""
+    scripts = tmp_path / "scripts"
+    scripts.mkdir()
+    setup = scripts / "setup"
+    setup.write_text((ROOT / "scripts" / "setup").read_text())
+    setup.chmod(0o755)
+    (scripts / "_setup.py").write_text("import sys; print(sys.executable)")
+    here, other = tmp_path / "a home", tmp_path / "other"
+    for folder in (here, other):
+        folder.mkdir()
+        python = folder / "python3"
+        shown = f'#!/bin/sh\n[ "$2" = --help ] && echo "{folder}" && exit 0\n'
+        python.write_text(f'{shown}exec "{sys.executable}" "$@"\n')
+        python.chmod(0o755)
+    if made:
+        (tmp_path / ".venv").mkdir()
+        (tmp_path / ".venv" / "pyvenv.cfg").write_text(f"home = {here}\nversion = 3.11.2\n")
+
+    def taken(**more: str) -> str:
+        env = {**os.environ, "PATH": f"{other}:{os.environ['PATH']}", **more}
+        env = {name: value for name, value in env.items() if value and name != "ROS_DISTRO"}
+        done = subprocess.run([str(setup), "--help"], env=env, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return done.stdout.strip()
+
+    assert taken(HRI_PYTHON=str(other / "python3")) == str(other)
+    # Here, the system's own may be missing, of another version, or without headers.
+    wanted = {str(here)} if made else {"/usr/bin/python3", str(other)}
+    assert taken(HRI_PYTHON="") in wanted
 
 
 def test_missing_compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -189,7 +222,7 @@ def test_disk_trouble_is_one_line(setup: ModuleType, programs: Programs, capsys)
 # ------------------------------------------------------------------ going on
 def test_second_run_does_nothing(setup: ModuleType, programs: Programs, capsys) -> None:
     assert setup.main() == 0
-    assert programs.take() == ["-m venv", "pip install", "build", "warm_kernels"]
+    assert programs.take() == ["-m venv", "pip install", "build", "fill_cache"]
     assert "ready after" in capsys.readouterr().err
     assert setup.main() == 0
     assert programs.take() == ["pip --version"]
@@ -361,7 +394,7 @@ def test_only_what_has_changed_is_built(
     (setup.SOURCES / "hri_planner" / "new.py").write_text("x = 1\n")
     assert setup.main() == 0
     assert built == [["hri_planner"]]
-    assert programs.take() == ["pip --version", "build", "warm_kernels"]
+    assert programs.take() == ["pip --version", "build", "fill_cache"]
 
 
 def test_new_requirements_rebuild_everything(setup: ModuleType, programs: Programs) -> None:
@@ -391,7 +424,7 @@ def test_unusable_environment_is_made_anew(setup: ModuleType, programs: Programs
     else:
         setup.write_stamp("venv", "3.10 system_ros=False")
     assert setup.main() == 0
-    assert programs.take() == ["pip --version", "-m venv", "pip install", "build", "warm_kernels"]
+    assert programs.take() == ["pip --version", "-m venv", "pip install", "build", "fill_cache"]
 
 
 def test_unreadable_stamps_count_as_none(setup: ModuleType, programs: Programs) -> None:
@@ -399,10 +432,10 @@ def test_unreadable_stamps_count_as_none(setup: ModuleType, programs: Programs) 
     programs.take()
     setup.STAMPS.write_text("{")
     assert setup.main() == 0
-    assert programs.take()[-1] == "warm_kernels"
+    assert programs.take()[-1] == "fill_cache"
 
 
-@pytest.mark.parametrize("where", ["pip install", "build", "warm_kernels"])
+@pytest.mark.parametrize("where", ["pip install", "build", "fill_cache"])
 def test_interrupted_set_up_goes_on(
     setup: ModuleType, programs: Programs, where: str, capsys
 ) -> None:

@@ -18,8 +18,8 @@ NAMES = (
     "unwritable_folder",
     "recorder_rate",
 )
-"""Those of one graph follow each other: it is started once. What others do beside a separation monitor is
-looked at in lock-step (``test_lines.py``) and in the report."""
+"""Those of one graph follow each other: it is started once. Deaths of others beside a separation
+monitor are looked at in lock-step (``test_lines.py``), how they freeze and start again in the report alone."""
 BY_NAME = {fault.name: fault for fault in FAULTS}
 
 

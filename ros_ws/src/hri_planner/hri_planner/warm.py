@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,10 +40,8 @@ _RADII = np.array([0.05, 0.04, 0.05])
 
 def warm_kernels() -> None:
     """Compile all kernels, with the types they are used with, into the cache; called by nodes."""
-    for precision in PRECISIONS:
-        warm_ptomp(precision)
-    warm_policies()
-    warm_separation()
+    for warm in PARTS:
+        warm()
 
 
 def _goal(robot: RobotModel) -> NDArray[np.float64]:
@@ -107,3 +106,11 @@ def warm_separation() -> None:
     capsule_distances(
         robot.robot_capsules(np.zeros(7)), robot.capsule_radii, arm_capsules(arm), np.zeros(3)
     )
+
+
+PARTS = (
+    *(partial(warm_ptomp, precision) for precision in PRECISIONS),
+    warm_policies,
+    warm_separation,
+)
+"""All that there is to be compiled; the first of them takes as long as the others."""

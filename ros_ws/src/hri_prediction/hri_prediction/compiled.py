@@ -11,6 +11,7 @@ Import ``njit`` from this module, never from numba.
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import functools
 import hashlib
 import importlib.util
@@ -18,7 +19,7 @@ import os
 import re
 import shutil
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -102,7 +103,7 @@ def cache_folder() -> Path:
 
 
 def remove_unused_caches() -> None:
-    """Remove the cache folders of other source states that nobody has used for a month."""
+    """Remove the cache folders of other kernels that nobody has used for a month."""
     present = cache_folder()
     for folder in present.parent.glob("hri-" + "[0-9a-f]" * 16 + "*"):
         with contextlib.suppress(OSError):  # gone meanwhile, or somebody else's
@@ -115,6 +116,26 @@ with contextlib.suppress(OSError):
     os.utime(os.environ["NUMBA_CACHE_DIR"])  # says that it is in use
 
 import numba  # noqa: E402  (must follow the choice of the cache folder)
+from numba.core.caching import IndexDataCacheFile  # noqa: E402
+
+
+def _in_turn(save: Callable[[Any, Any, Any], None]) -> Callable[[Any, Any, Any], None]:
+    """Saving that is done by one process at a time.
+
+    numba looks for a free file name and writes the index, then the file: of two processes that compile one
+    kernel for different types, one would find the other's machine code under its own types.
+    """
+
+    @functools.wraps(save)
+    def saved(self: Any, key: Any, data: Any) -> None:
+        with (Path(self._cache_path) / "lock").open("a") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            save(self, key, data)
+
+    return saved
+
+
+IndexDataCacheFile.save = _in_turn(IndexDataCacheFile.save)
 
 _KERNELS: list[Any] = []
 

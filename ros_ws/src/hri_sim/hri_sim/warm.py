@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 
-from hri_planner.warm import PRECISIONS, warm_policies, warm_ptomp, warm_separation
+from hri_planner.warm import PARTS as PLANNER_PARTS
 from hri_prediction.ontology.warm import warm_watch
 from hri_prediction.warm import warm_kernels as warm_prediction_kernels
 from hri_sim.scenario.conditions import draw_scenario
@@ -37,47 +39,43 @@ def warm_simulation() -> None:
         simulation.table_clearance()
 
 
-def warm_first_half() -> None:
-    """Compile what takes half of the time: what has to do with people, and the planner that is usual."""
-    warm_prediction_kernels()
-    warm_watch()
-    warm_ptomp(PRECISIONS[0])
+PARTS = (
+    (warm_prediction_kernels, warm_watch, *PLANNER_PARTS[:1]),
+    (*PLANNER_PARTS[1:], warm_simulation),
+)
+"""All that there is to be compiled, in halves that take as long."""
 
 
-def warm_second_half() -> None:
-    """Compile the rest: the planner in the other precision, policies, monitor, simulator."""
-    for precision in PRECISIONS[1:]:
-        warm_ptomp(precision)
-    warm_policies()
-    warm_separation()
-    warm_simulation()
+def warm_half(number: int) -> None:
+    """Compile one of the halves, 0 or 1."""
+    for warm in PARTS[number]:
+        warm()
 
 
 def warm_kernels() -> None:
     """Compile the kernels of all packages."""
-    warm_first_half()
-    warm_second_half()
+    for number in range(len(PARTS)):
+        warm_half(number)
 
 
-def warm_kernels_side_by_side() -> None:
-    """Compile them into an empty cache in two processes, as a compiler uses one core.
+def fill_cache() -> None:
+    """Compile the kernels of all packages into the cache: an empty one by two processes, side by side.
 
-    Raises:
-        subprocess.CalledProcessError: when they cannot be compiled.
+    A compiler uses one core. What keeps such a process from its end is met again, and said, by this one.
     """
-    code = "import hri_sim.warm as w; w.{}()"
-    halves = (warm_first_half, warm_second_half)
-    commands = [[sys.executable, "-c", code.format(half.__name__)] for half in halves]
-    running = [subprocess.Popen(command) for command in commands]
-    try:
-        codes = [process.wait() for process in running]
-    except BaseException:
-        for process in running:
-            process.kill()
-            process.wait()
-        raise
-    for command, exit_code in zip(commands, codes, strict=True):
-        if exit_code:
-            raise subprocess.CalledProcessError(exit_code, command)
-    # Of a kernel that both have compiled, with other types, one may have replaced the other's entry.
+    if not Path(os.environ["NUMBA_CACHE_DIR"]).exists():
+        # They end with this process, however it ends.
+        code = f"from hri_sim.launch.supervisor import die_with; die_with({os.getpid()}); "
+        code += "from hri_sim.warm import warm_half; "
+        running = []
+        try:
+            for number in range(len(PARTS)):
+                command = [sys.executable, "-c", f"{code}warm_half({number})"]
+                running.append(subprocess.Popen(command, stderr=subprocess.DEVNULL))
+            for process in running:
+                process.wait()
+        finally:
+            for process in running:
+                process.kill()
+                process.wait()
     warm_kernels()

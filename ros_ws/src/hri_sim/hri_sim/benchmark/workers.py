@@ -25,7 +25,7 @@ def compile_kernels() -> None:
     Code that has just been compiled rounds otherwise in the last bit than the same code read from the
     cache (fused operations, other inlining); processes that find the cache filled all round alike.
     """
-    code = "from hri_sim.warm import warm_kernels_side_by_side as warm; warm()"
+    code = "from hri_sim.warm import fill_cache; fill_cache()"
     subprocess.run([sys.executable, "-c", code], check=True)
 
 

@@ -212,7 +212,8 @@ class LockStep:
         for topic, count in sent.items():
             for node in self._listeners(topic):
                 wanted = count - self._missed[node, topic]
-                while node.received[topic] < wanted:
+                # Who has stopped listening meanwhile has all that it wants.
+                while node.received.get(topic, wanted) < wanted:
                     self._spin(deadline, node, topic, wanted)
             self._delivered[topic] = count
 
