@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -108,7 +109,7 @@ def warm_separation() -> None:
     )
 
 
-PARTS = (
+PARTS: tuple[Callable[[], None], ...] = (
     *(partial(warm_ptomp, precision) for precision in PRECISIONS),
     warm_policies,
     warm_separation,

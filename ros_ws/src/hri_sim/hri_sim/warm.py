@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -39,7 +40,7 @@ def warm_simulation() -> None:
         simulation.table_clearance()
 
 
-PARTS = (
+PARTS: tuple[tuple[Callable[[], None], ...], ...] = (
     (warm_prediction_kernels, warm_watch, *PLANNER_PARTS[:1]),
     (*PLANNER_PARTS[1:], warm_simulation),
 )
