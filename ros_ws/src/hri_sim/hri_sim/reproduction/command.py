@@ -165,7 +165,7 @@ def reproduce_ptomp(
     workers: Workers = None,
     scheduler: Scheduler = None,
     smoke: Annotated[
-        bool, typer.Option("--smoke", help="One condition of one task, one seed (half a minute).")
+        bool, typer.Option("--smoke", help="One condition of two tasks, one seed (half a minute).")
     ] = False,
 ) -> None:
     """Measure the planners in the test conditions and make all tables and pictures again.

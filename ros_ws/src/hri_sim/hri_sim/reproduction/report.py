@@ -12,7 +12,7 @@ from hri_sim.reproduction.section import Measured
 from hri_sim.reproduction.sections import HEADLINE, SECTIONS
 
 SMOKE = (
-    "**A smoke run: a condition or two of one task. Its figures say that everything runs, and nothing "
+    "**A smoke run: a condition or two of two tasks. Its figures say that everything runs, and nothing "
     "else.**\n"
 )
 

@@ -47,7 +47,7 @@ class Scope:
         """Planners in all test tasks; arguments as of :class:`.Plan`."""
         if self.smoke:
             return Plan(
-                planners, SPLIT, slowdown, self.seeds[:1], SMOKE_TASKS[:1], 1, variation, execution
+                planners, SPLIT, slowdown, self.seeds[:1], SMOKE_TASKS, 1, variation, execution
             )
         return Plan(
             planners,
