@@ -19,7 +19,7 @@ NAMES = (
     "recorder_rate",
 )
 """Those of one graph follow each other: it is started once. Deaths of others beside a separation
-monitor are looked at in lock-step (``test_lines.py``), how they freeze and start again in the report alone."""
+monitor are looked at in lock-step (``test_lines.py``), how they freeze, and start again, in the report."""
 BY_NAME = {fault.name: fault for fault in FAULTS}
 
 

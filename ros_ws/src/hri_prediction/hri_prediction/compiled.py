@@ -150,6 +150,12 @@ def njit(function: Any = None, **options: Any) -> Any:
     return kernel
 
 
+def has_cache() -> bool:
+    """Whether a kernel of these sources has been compiled into the cache, which other checkouts share."""
+    folders = {kernel._cache.cache_path for kernel in _KERNELS}
+    return any(any(Path(folder).glob("*.nbi")) for folder in folders)
+
+
 def compiled_variants() -> dict[str, int]:
     """How many signatures of each kernel are compiled in this process, by its full name.
 

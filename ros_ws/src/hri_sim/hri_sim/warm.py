@@ -6,11 +6,11 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 
 from hri_planner.warm import PARTS as PLANNER_PARTS
+from hri_prediction.compiled import has_cache
 from hri_prediction.ontology.warm import warm_watch
 from hri_prediction.warm import warm_kernels as warm_prediction_kernels
 from hri_sim.scenario.conditions import draw_scenario
@@ -64,7 +64,7 @@ def fill_cache() -> None:
 
     A compiler uses one core. What keeps such a process from its end is met again, and said, by this one.
     """
-    if not Path(os.environ["NUMBA_CACHE_DIR"]).exists():
+    if not has_cache():
         # They end with this process, however it ends.
         code = f"from hri_sim.launch.supervisor import die_with; die_with({os.getpid()}); "
         code += "from hri_sim.warm import warm_half; "
