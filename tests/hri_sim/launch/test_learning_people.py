@@ -8,8 +8,9 @@ from typing import Any
 import pytest
 
 from hri_prediction.errors import ConfigError
-from hri_sim.launch import learning as module
-from hri_sim.launch.learning import learning
+from hri_prediction.hybrid import loop
+from hri_prediction.motor_control import compiled_graph
+from hri_sim.launch.learning import have_compiled, learning
 from hri_sim.launch.run import RunOptions
 from hri_sim.scenario.conditions import draw_scenario
 
@@ -35,10 +36,10 @@ def test_what_learns_is_compiled_before_any_node_waits_for_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     said: list[str] = []
-    monkeypatch.setattr(module, "warm_loop", lambda: said.append("compiled"))
-    monkeypatch.setattr(module, "is_prepared", lambda convention: bool(said))
+    monkeypatch.setattr(loop, "warm_loop", lambda: said.append("compiled"))
+    monkeypatch.setattr(compiled_graph, "is_prepared", lambda convention: bool(said))
     for _ in range(2):
-        module.have_compiled(said.append)
+        have_compiled(said.append)
     assert len(said) == 2
     assert said[0].startswith("compiling what learns people")
     assert said[1] == "compiled"
