@@ -1,4 +1,4 @@
-"""Lines of the table of faults with real processes, once each."""
+"""Lines of the table of faults with real processes, each once."""
 
 from __future__ import annotations
 
@@ -8,18 +8,17 @@ from pathlib import Path
 import pytest
 
 from hri_sim.faults.catalogue import FAULTS
-from hri_sim.faults.processes import BESIDE, PROCESS_FAULTS
+from hri_sim.faults.processes import PROCESS_FAULTS
 from hri_sim.faults.sources import MOCAP_LIVE
 from hri_sim.reliability.fault import Fault, Place, Result, Skipped, Stays
 
 NAMES = (
-    *(fault.name for fault in PROCESS_FAULTS if not fault.name.endswith(BESIDE)),
+    *(fault.name for fault in PROCESS_FAULTS),
     "disk_full",
     "unwritable_folder",
     "recorder_rate",
 )
-"""Those of one graph follow each other: it is started once. Deaths of others beside a separation
-monitor are looked at in lock-step (``test_lines.py``), how they freeze, and start again, in the report."""
+"""Those of one graph follow each other: it is started once."""
 BY_NAME = {fault.name: fault for fault in FAULTS}
 
 

@@ -176,6 +176,7 @@ def test_ctrl_c_twice_keeps_recording_and_summary(launch: Launch) -> None:
 @pytest.mark.parametrize(
     ("name", "number", "how"),
     [
+        ("predictor", signal.SIGKILL, "was ended by SIGKILL"),
         ("person", signal.SIGKILL, "was ended by SIGKILL"),
         ("ptomp", signal.SIGKILL, "was ended by SIGKILL"),
         # In order, with all that a node says in parting.

@@ -25,7 +25,7 @@ def run(name: str, *options: str, folder: Path) -> str:
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
-        timeout=240,
+        timeout=110,
     )
     assert done.returncode == 0, done.stdout
     assert "Traceback" not in done.stdout

@@ -19,9 +19,18 @@ from hri_sim.reliability.fault import PROCESSES, Fault, Place, Result
 QUICK = [fault for fault in FAULTS if fault.kind != PROCESSES]
 
 
-OTHER_GRAPHS = {"clock_back": (6,), "clock_ahead": (3,), "reset": (6,)}
-"""Repetitions with a policy, or with a monitor. Of motion capture each line has one of the other graphs in
-turn, and of the other disturbances the second repetition a monitor; the report has all, many times."""
+OTHER_GRAPHS = {
+    "clock_back": (3, 6),
+    "clock_ahead": (3, 6),
+    "reset": (2, 4, 6),
+    "two_bodies": (3, 6),
+    "wrong_units": (1, 4),
+    "mocap_swapped": (2, 3),
+    "source_clock_back": (1, 4),
+    "wrong_frame": (2,),
+}
+"""Repetitions with a policy, or with a monitor. Of motion capture each of the other lines has one of the
+other graphs, and of disturbances the second repetition a monitor; the report has all, many times."""
 
 
 def other_seeds(fault: Fault) -> tuple[int, ...]:
@@ -33,12 +42,16 @@ def other_seeds(fault: Fault) -> tuple[int, ...]:
 
 def test_repetitions_have_other_graphs() -> None:
     assert [clock_graph(seed) for seed in (3, 6)] == [("policy", "off"), ("ptomp", "measured")]
-    assert reset_graph(6) == ("policy", "measured")
+    assert [reset_graph(seed) for seed in OTHER_GRAPHS["reset"]] == [
+        ("ptomp", "measured"),
+        ("policy", "off"),
+        ("policy", "measured"),
+    ]
     assert GRAPHS[1:3] == (("ptomp", "measured"), ("policy", "off"))
     assert len(set(GRAPHS)) == len(GRAPHS) == 5
     assert {*OTHER_GRAPHS} <= {fault.name for fault in (*CAPTURE, *DISTURBANCES)}
     looked_at = [seed % len(GRAPHS) for fault in CAPTURE for seed in other_seeds(fault)]
-    assert min(looked_at.count(index) for index in range(1, len(GRAPHS))) >= 2
+    assert min(looked_at.count(index) for index in range(1, len(GRAPHS))) >= 3
 
 
 @pytest.fixture(scope="session")

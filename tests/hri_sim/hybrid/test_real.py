@@ -13,7 +13,7 @@ from hri_sim.hybrid.first_guesses import GUESSES, OPTIMAL
 from hri_sim.hybrid.real import RealCourse, Repeated, run_real
 from hri_sim.hybrid.subjects import VARIABILITY_M, draw_subjects
 
-TARGETS = ("T1",)
+TARGETS = ("T1", "T3")
 
 
 @pytest.fixture(scope="module")
@@ -90,7 +90,7 @@ def test_each_reach_is_predicted_after_each_number_of_others(course: RealCourse)
     )
     assert after < before
     assert set(course.whys) == {(f"{who} right", target) for who in "AB" for target in TARGETS}
-    assert [len(row) for row in course.divergences] == [3] * 2
+    assert [len(row) for row in course.divergences] == [3] * 4
 
 
 def test_one_reach_is_no_repetition(repeated: list[Repeated]) -> None:
