@@ -38,7 +38,8 @@ def test_two_minutes_with_all_faults(launch: Launch) -> None:
     content = json.loads((run.out / "soak.json").read_text())
     missed = [bar["what"] for bar in content["bars"] if bar["met"] is False]
     assert code == (3 if missed else 0), run.text
-    assert all(any(word in what for word in TIMING) for what in missed), run.text
+    outcomes = [(fault["fault"], fault["outcomes"]) for fault in records(run.out, FAULT)]
+    assert all(any(word in what for word in TIMING) for what in missed), f"{outcomes}\n{run.text}"
     ends = [text.partition(":")[0] for text in content["reaches"]["not_reached"]]
     assert set(ends) <= set(LATE), run.text
     for fault in records(run.out, FAULT):

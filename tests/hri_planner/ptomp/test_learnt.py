@@ -121,6 +121,15 @@ def test_every_case_ships_with_what_is_avoided_in_it() -> None:
     assert len(apart) >= 10
 
 
+def test_costs_that_are_learnt_anew_are_read_anew(tmp_path: Path) -> None:
+    path = costs_file(tmp_path, case_3=np.eye(NUMBER)[8])
+    assert find_nearness("case_3", path).weights[8] == 1.0
+    assert find_nearness("case_3", path) is find_nearness("case_3", path)
+    again = costs_file(tmp_path, case_3=np.eye(NUMBER)[8] + 3.0 * np.eye(NUMBER)[2])
+    assert again == path
+    assert find_nearness("case_3", path).weights[2] == 0.75
+
+
 def test_what_cannot_be_had_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"case_21.*expected one of case_1, case_2"):
         PtompConfig(interaction_costs="case_21")

@@ -278,6 +278,38 @@ def test_a_folder_that_cannot_be_looked_at_does_not_end_it(
     loop.close()
 
 
+def test_a_folder_that_cannot_be_looked_at_is_not_asked_after_without_end(
+    setup, rest, targets, people, monkeypatch
+):
+    loop = Loop(replace(setup, people=frozenset({"anna", "berta"})))
+    first, *others = reaches(targets, people, rest, 4)
+    for name in ("anna", "berta"):
+        for reach in others:
+            loop.answer(Reached(name, reach))
+
+    identity = PeopleStore.identity
+
+    def fails(store, name):
+        if name == "anna":
+            raise OSError(5, "Input/output error")
+        return identity(store, name)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(PeopleStore, "identity", fails)
+        (told,) = loop.explain_next()
+        assert isinstance(told, Trouble)
+        assert "Input/output error" in told.text
+        # Others are explained meanwhile, and then there is nothing to do.
+        (told,) = loop.explain_next()
+        assert (type(told), told.person) == (Explained, "berta")
+        assert loop.explain_next() == []
+        assert isinstance(loop.answer(Reached("anna", first))[0], Trouble)
+    # As soon as the folder is there again.
+    assert isinstance(loop.answer(Reached("anna", first))[0], Learnt)
+    (told,) = loop.explain_next()
+    assert (type(told), told.person) == (Explained, "anna")
+
+
 def test_nothing_is_known_any_more_of_who_has_left(setup, rest, targets, people):
     loop = Loop(setup)
     (reach,) = reaches(targets, people, rest, 1)

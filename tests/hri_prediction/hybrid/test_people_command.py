@@ -59,6 +59,12 @@ def test_people_are_listed_shown_moved_and_deleted(folder, capsys):
     assert "nobody" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("words", [("-h",), ("list", "-h"), ("move", "--help")])
+def test_help_is_given_by_both_names(words, capsys):
+    assert run(*words) == 0
+    assert "Usage" in capsys.readouterr().out
+
+
 def test_what_is_wrong_is_a_line(folder, capsys):
     assert run("delete", "bob", "--yes", "--folder", folder) == 1
     assert "one that is there (ann)" in capsys.readouterr().err
@@ -175,6 +181,15 @@ def test_weights_that_are_none_are_refused(key, value, says, tmp_path, capsys):
     out = tmp_path / "w.json"
     assert fit_command.main([str(tmp_path / "results.json"), "--out", str(out)]) == 1
     assert says in capsys.readouterr().err
+    assert not out.exists()
+
+
+def test_single_reaches_do_not_stand_in_for_laws_that_were_not_found(tmp_path, capsys):
+    content = {"costs": COSTS, "whole": True, "law": True, "reaches": twelve_reaches(), "laws": []}
+    (tmp_path / "results.json").write_text(json.dumps(content))
+    out = tmp_path / "w.json"
+    assert fit_command.main([str(tmp_path / "results.json"), "--out", str(out)]) == 1
+    assert "no law was found of anybody" in capsys.readouterr().err
     assert not out.exists()
 
 

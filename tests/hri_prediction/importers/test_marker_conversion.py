@@ -41,6 +41,10 @@ def words(data, mapping):
 
 
 SETS = {
+    "OptiTrack": (
+        ("giver:Chest", "giver:RShoulder", "giver:RUArm", "giver:RFArm", "giver:RHand"),
+        "shoulder=giver:RUArm,elbow=giver:RFArm,wrist=giver:RHand",
+    ),
     "Plug-in Gait": (ARM, "shoulder=RSHO,elbow=RELB,wrist=RWRA+RWRB,hand_tip=RFIN"),
     "left": (
         ("LSHO", "LELB", "LWRA", "LWRB"),
@@ -97,7 +101,9 @@ def test_guess_from_common_marker_sets(name):
     data = markers(labels)
     mapping = guess_mapping(data)
     assert words(data, mapping) == expected
-    side = {"L": "left", "R": "right"}.get(expected.partition("=")[2].removeprefix("Ann:")[0], "")
+    side = {"L": "left", "R": "right"}.get(
+        expected.partition("=")[2].partition(",")[0].rpartition(":")[2][0], ""
+    )
     assert mapping.side == side
     assert mapping.set_name
     # What is shown can be given back.
@@ -270,6 +276,13 @@ def test_axes_are_told_by_the_body(up):
     other = "+y" if up != "+y" else "+z"
     contested = find_axes(markers(BODY, points, up=other))
     assert contested.guessed  # the file is believed, but this is asked
+
+
+def test_axes_are_told_by_the_bones_of_optitrack():
+    points = np.zeros((5, 5, 3))
+    points[:, :, 2] = (950.0, 1050.0, 1250.0, 1450.0, 1520.0)
+    names = tuple(f"giver:{name}" for name in ("hip", "ab", "chest", "neck", "head"))
+    assert find_axes(markers(names, points, up="", format="TRC")).text == "x,y,z"
 
 
 def test_usual_axes():

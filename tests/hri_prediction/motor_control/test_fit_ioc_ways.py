@@ -25,6 +25,8 @@ def test_a_bag_says_what_its_tracks_say(solver, rng, tmp_path, capsys):
         out = tmp_path / f"from {source}"
         arguments = [str(tmp_path / source), "--out", str(out), "--workers", "1", "--facing", "90"]
         assert main(arguments) == 0, capsys.readouterr().err
+        assert "bringing reaches to the model of the arm: 1 of 1" in capsys.readouterr().out
+        assert "| hand jerk (HJ) |" in (out / "results.md").read_text()
         (row,) = json.loads((out / "results.json").read_text())["reaches"]
         found.append(row)
     np.testing.assert_allclose(found[1]["alpha"], found[0]["alpha"], atol=1e-4)

@@ -304,6 +304,8 @@ def test_repetitions_share_their_weights_but_not_their_ends(solver, rng):
     assert shared > apart
     with pytest.raises(DataError, match="2 names of"):
         fit_law(lambda _: solver, reaches, alike=["a", "b"])
+    with pytest.raises(ConfigError, match="0 steps"):
+        fit_law(lambda _: solver, reaches, steps=0)
 
 
 def test_slopes_of_a_law_match_finite_differences(rng):

@@ -297,7 +297,9 @@ def test_files_without_reaches_are_refused(solver, rng, tmp_path, capsys):
     still = ArmTrack(np.arange(300) / 100.0, np.ones((300, 4, 3)) * np.arange(4)[:, None] * 0.1)
     save_tracks(tmp_path / "still.npz", [still])
     assert main([str(tmp_path / "still.npz"), "--out", str(tmp_path / "out")]) == 1
-    assert "no reach" in capsys.readouterr().err
+    error = capsys.readouterr().err
+    assert "no wrist moves faster than 0.08 m/s for 0.25 s" in error
+    assert error.count("expected") == 1
     # Here one is found, and cannot be used.
     shown, onset, end = recorded(solver, 5, rng)
     hidden = np.array(shown.keypoints)

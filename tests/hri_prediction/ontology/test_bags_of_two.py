@@ -14,8 +14,8 @@ from hri_prediction.bags.arms import ARM_TYPE
 from hri_prediction.bags.metadata import OfferedQos, TopicInfo
 from hri_prediction.bags.writer import BagWriter
 from hri_prediction.errors import DataError
+from hri_prediction.ontology.cutting import segments_of
 from hri_prediction.ontology.recordings import segments_of_bag, tracks_of_bag
-from hri_prediction.ontology.watch import segments_of
 from hri_prediction.ros.conversions import message_from_sample
 
 A = arm_track([(0.5, 0.8, 0.3), (2.0, 0.8, -0.3)], 3.5)

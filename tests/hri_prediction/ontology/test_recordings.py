@@ -11,9 +11,9 @@ from two_arms import arm_track
 from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.ontology.cost_file import CaseCosts, LearntCosts, load_costs
 from hri_prediction.ontology.costs import NUMBER
+from hri_prediction.ontology.cutting import segments_of
 from hri_prediction.ontology.movements import heading_of, learn_costs, movements_of, observed_range
 from hri_prediction.ontology.recordings import read_sessions, write_sessions
-from hri_prediction.ontology.watch import segments_of
 
 
 def test_sessions_are_read_as_they_are_written(tmp_path: Path) -> None:

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 from two_arms import arm_track
 
 from hri_prediction.ontology.config import WatchConfig
+from hri_prediction.ontology.cutting import merged, segments_of
 from hri_prediction.ontology.features import EXCHANGED, pair_features
-from hri_prediction.ontology.watch import DyadWatch, Segment, merged, segments_of
+from hri_prediction.ontology.segment import Segment
+from hri_prediction.ontology.watch import SILENT_S, DyadWatch
 from hri_prediction.tracks.segmentation import find_reaches
 from hri_prediction.tracks.track import ArmTrack
+
+Spoil = Callable[[np.ndarray], np.ndarray]
 
 A = arm_track([(0.5, 0.8, 0.3), (2.0, 0.8, -0.3)], 3.5)
 B = arm_track([(0.7, 0.9, 0.2)], 3.5, away=0.6, name="b")
@@ -218,6 +223,99 @@ def test_an_arm_that_stays_lost_on_its_way_is_told_of_at_once() -> None:
     assert first.end_ns == pytest.approx(0.8e9, abs=5e6)
     assert when_ns < 0.95e9
     assert {segment.agent for _, segment in others} == {1}
+
+
+def looks(watch: DyadWatch, since_ns: int, until_ns: int) -> list[tuple[int, Segment]]:
+    """What a look every 8 ms finds, and when."""
+    times = range(since_ns + 8_000_000, until_ns, 8_000_000)
+    return [(now_ns, segment) for now_ns in times for segment in watch.look(now_ns)]
+
+
+@pytest.mark.parametrize(("until_s", "reason"), [(1.34, ""), (0.9, "the arm was lost sight of")])
+@pytest.mark.parametrize("both", [True, False])
+@pytest.mark.parametrize("again", [True, False])
+def test_a_silence_is_the_end(until_s: float, reason: str, both: bool, again: bool) -> None:
+    """Live, by the clock, and in a recording, by what comes after the silence, or by its end."""
+    still = arm_track([], 3.5, away=0.6, name="b")
+    tracks = (A, still)
+    silent = (0, 1) if both else (0,)
+    samples = [
+        (agent, sample)
+        for agent, sample in merged(tracks)
+        if agent not in silent
+        or sample.stamp_ns <= until_s * 1e9
+        or (again and sample.stamp_ns > 2.0e9)
+    ]
+    recorded, live = DyadWatch(), DyadWatch()
+    offline = [s for one in samples for s in recorded.push(*one)] + recorded.finish()
+    found, told_ns = [], 0
+    stamps = [sample.stamp_ns for _, sample in samples]
+    for before_ns, (agent, sample) in zip([0, *stamps], samples, strict=False):
+        segments = looks(live, before_ns, sample.stamp_ns)
+        told_ns = told_ns or (segments[0][0] if segments else 0)
+        found += [segment for _, segment in segments] + live.push(agent, sample)
+    segments = looks(live, stamps[-1], stamps[-1] + 1_000_000_000)
+    told_ns = told_ns or (segments[0][0] if segments else 0)
+    found += [segment for _, segment in segments]
+    first, *_ = found
+    assert (first.agent, first.reason) == (0, reason)
+    assert first.onset_ns < first.end_ns <= until_s * 1e9
+    if both:
+        assert 0.0 <= told_ns * 1e-9 - until_s - SILENT_S < 0.02
+    assert len(found) == len(offline) == (2 if again else 1)
+    for one, other in zip(found, offline, strict=True):
+        assert (one.agent, one.onset_ns, one.end_ns) == (other.agent, other.onset_ns, other.end_ns)
+        assert one.reason == other.reason
+        if one.features is not None:
+            np.testing.assert_array_equal(one.features, other.features)
+
+
+def moved(keypoint: int, *way: float) -> Spoil:
+    """One of the keypoints elsewhere."""
+
+    def spoil(points: np.ndarray) -> np.ndarray:
+        found = points.copy()
+        found[keypoint] += way
+        return found
+
+    return spoil
+
+
+@pytest.mark.parametrize(
+    ("spoil", "said"),
+    [
+        (moved(0, 0.0, 0.0, 0.5), "jump: shoulder"),
+        (moved(1, 0.0, 0.0, 0.5), "jump: elbow"),
+        (moved(3, 0.5, 0.0, 0.0), "jump: hand tip"),
+        (lambda points: points[[0, 2, 1, 3]], "markers swapped"),
+    ],
+)
+def test_keypoints_that_cannot_be_do_not_count(spoil: Spoil, said: str) -> None:
+    """Mistaken for others for a moment in mid-movement: told, and the movement is what it was without."""
+    points = A.keypoints.copy()
+    for row in np.flatnonzero((A.time_s > 0.85) & (A.time_s < 0.9)):
+        points[row] = spoil(points[row])
+    watch, odd, found = DyadWatch(), set(), []
+    for agent, sample in merged((dataclasses.replace(A, keypoints=points), B)):
+        found += watch.push(agent, sample)
+        odd |= {watch.odd} - {""}
+    assert any(text.startswith(said) for text in odd)
+    wanted = segments_of((A, B))
+    assert [s.reason for s in found + watch.finish()] == [s.reason for s in wanted] == [""] * 3
+    for one, other in zip(found, wanted, strict=True):
+        np.testing.assert_allclose(one.features, other.features, atol=2e-3)
+
+
+def test_an_arm_of_other_lengths_does_not_count_from_then_on() -> None:
+    """Markers that stay mistaken: no case is told of such an arm, and why is said."""
+    points = A.keypoints.copy()
+    points[A.time_s > 0.9, 1] += (0.0, 0.0, 0.4)
+    watch, found, odd = DyadWatch(), [], ""
+    for agent, sample in merged((dataclasses.replace(A, keypoints=points), B)):
+        found += watch.push(agent, sample)
+        odd = odd if agent else watch.odd
+    assert odd.startswith("implausible length: shoulder-elbow 0.")
+    assert all(s.features is None for s in found if s.agent == 0)
 
 
 def test_identities_that_swap_at_rest_are_told_of() -> None:

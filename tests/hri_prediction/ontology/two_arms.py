@@ -20,7 +20,7 @@ def arm_track(
     name: str = "a",
     rate_hz: float = RATE_HZ,
 ) -> ArmTrack:
-    """An arm that moves aside and back.
+    """An arm that moves aside and back, shoulder and all.
 
     Args:
         motions: When each begins [s], how long it takes [s], and how far along y it goes [m].
@@ -35,7 +35,6 @@ def arm_track(
     for begin, duration, way in motions:
         along = along + way * minimum_jerk((time_s - begin) / duration)
     points = np.tile(_ARM, (len(time_s), 1, 1))
-    points[:, 1:, 1] += along[:, None] * np.array([0.5, 1.0, 1.0])
-    points[:, 0, 1] += away
+    points[:, :, 1] += along[:, None]
     rng = np.random.default_rng(3)
     return ArmTrack(time_s, points + noise * rng.standard_normal(points.shape), subject=name)

@@ -187,6 +187,9 @@ def test_what_stops_the_controller() -> None:
         ("ann: jump of a marker, 2 so far", "labels"),
         ("ann invalid: no usable sample for 0.2 s (markers swapped)", "labels"),
         ("ann invalid: no usable sample for 0.2 s (jump: wrist)", "labels"),
+        ("ann: jump: elbow", "labels"),
+        ("ann was last seen 6.8 s ago", "start it again"),
+        ("ann: implausible length: shoulder-elbow 0.500 m, expected 0.280 m", "wrong unit"),
         (
             "ann invalid: arm not seen (implausible length: shoulder-elbow 280 m, expected 0.280 m)",
             "wrong unit",

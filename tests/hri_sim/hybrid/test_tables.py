@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from hri_prediction.hybrid.config import HybridConfig
-from hri_sim.hybrid.first_guesses import OPTIMAL, STRAIGHT
+from hri_sim.hybrid.first_guesses import GUESSES, OPTIMAL, STRAIGHT
 from hri_sim.hybrid.report import _settled
 from hri_sim.hybrid.scores import Calibration
-from hri_sim.hybrid.tables import by_person, reaches_until_settled
+from hri_sim.hybrid.tables import by_person, curves, reaches_until_settled
 from hri_sim.hybrid.trial import Judged
 
 SURE = Calibration(0.0, 0.5, 0.95)
@@ -42,3 +42,17 @@ def test_errors_of_single_people_are_means_over_their_targets() -> None:
     found = by_person(rows, OPTIMAL)
     assert found["0"] == pytest.approx([2.0, 5.0])
     assert found["5"] == pytest.approx([1.0, 2.0])
+
+
+def test_errors_of_the_file_of_results_are_centimetres_and_called_so() -> None:
+    rows = [
+        Judged("a", target, guess, 0, 0.01, 0.02, 0.03, 0.04, SURE, SURE)
+        for guess in GUESSES
+        for target in ("T1", "T3")
+    ]
+    assert curves(rows)[OPTIMAL] == {
+        "warped_cm": {"0": pytest.approx(1.0)},
+        "end_cm": {"0": pytest.approx(2.0)},
+        "untold_cm": {"0": pytest.approx(3.0)},
+        "untold_end_cm": {"0": pytest.approx(4.0)},
+    }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import time
@@ -12,7 +13,9 @@ import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from hri_prediction.ros.messages import SimState
+from hri_planner.supervision.touch import TOUCHED
+from hri_prediction.ros.messages import PlannerStatus, SimState
+from hri_prediction.ros.time import NANO
 from hri_sim.launch.conductor import Conductor
 from hri_sim.launch.deaths import RESTART
 from hri_sim.launch.held_signals import EndingSignals, HeldSignals
@@ -170,3 +173,35 @@ def test_the_smallest_clearance_is_kept_for_each_reach(
     conductor._say_status("reach 1/3", conductor._closest[-1])
     assert "clear" in said[2]
     assert "inf" not in said[2]
+
+
+@pytest.mark.parametrize("person", ["person", "replayer"])
+def test_a_simulated_person_takes_a_hand_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, person: str
+) -> None:
+    """A recorded one cannot; and nobody does while the robot has no goal."""
+    told: list[str] = []
+    nodes = Supervisor(tmp_path)
+    monkeypatch.setattr(Supervisor, "pids", property(lambda self: {person: os.getpid()}))
+    made = Conductor(SCENARIO, nodes, lambda text: None, told.append)
+    try:
+        reach = SCENARIO.reaches[0]
+        made._withdrawing.begin(0, reach, made.now_ns() - 60 * NANO)
+        made._on_status(PlannerStatus(reason=TOUCHED))
+        made._on_state(SimState(human_part=f"{SCENARIO.persons[0].id}/hand"))
+
+        def look_for(seconds: float) -> int:
+            told.clear()
+            made.rest(seconds)
+            return sum("taken back" in text for text in told)
+
+        assert look_for(1.3) == 0
+        made._goal = object()
+        assert look_for(1.5) == (person == "person")
+        # The next reach waits for it.
+        begin = time.monotonic()
+        made._wait_for_the_person()
+        left_s = 1.4 * reach.person_duration - 0.5
+        assert (time.monotonic() - begin > left_s) == (person == "person")
+    finally:
+        made.close()

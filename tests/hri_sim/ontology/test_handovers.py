@@ -21,10 +21,12 @@ def skeletons(path: Path, **changes: object) -> Path:
     time_s = np.arange(600) / 120.0
     places = np.zeros((1, 600, 2, 4, 3))
     for person in range(2):
-        swing = 0.3 * np.sin(2.0 * time_s + person)
+        angle = 1.2 * np.sin(2.0 * time_s + person)
         for body, height in enumerate((1.2, 1.3, 1.05, 0.8)):
             places[0, :, person, body] = (person, 0.0, height)
-        places[0, :, person, 3, 1] += swing
+        places[0, :, person, 3, 1:] = places[0, :, person, 2, 1:]
+        places[0, :, person, 3, 1] += 0.25 * np.sin(angle)
+        places[0, :, person, 3, 2] -= 0.25 * np.cos(angle)
     arrays = {
         "pos": places, "body_names": np.array(BODIES), "person_names": np.array(["giver", "taker"]),
         "rate_hz": np.array(120.0),

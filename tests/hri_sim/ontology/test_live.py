@@ -60,6 +60,11 @@ def test_times_count_from_the_end_of_the_movement() -> None:
     assert "of 100.0 % of them, met" in text
 
 
+def test_a_case_that_is_taken_back_is_not_known() -> None:
+    heard = [told(1030, 3), told(1040, 2), told(1080, 3), told(1200, 3, end_ms=1000)]
+    assert figures_of(heard).known_ms == (80.0,)
+
+
 def test_what_was_hidden_at_the_end_is_said() -> None:
     """A case is told by what was seen; that it knows nothing of the end is said beside it."""
     whole = [told(1030, 2), told(1200, 3, end_ms=1000)]

@@ -11,7 +11,7 @@ import typer
 
 from hri_prediction.errors import ConfigError
 from hri_prediction.ontology.cases import group_of
-from hri_prediction.ontology.watch import segments_of
+from hri_prediction.ontology.cutting import segments_of
 from hri_sim.dyads.hands import STEP_S
 from hri_sim.ontology import evaluation_command, training_command
 from hri_sim.ontology.layouts import POSITIONS

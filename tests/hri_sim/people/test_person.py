@@ -111,3 +111,16 @@ def test_nominal_motion_has_no_variability():
     person = nominal_motion_of(SPEC, FIRST, SECOND, 0.2, 1.1)
     np.testing.assert_allclose(person.truth(0.2)[3], FIRST)
     np.testing.assert_allclose(person.truth(1.3)[3], SECOND)
+
+
+def test_a_hand_goes_back_to_where_it_came_from():
+    person = SimulatedPerson(PersonSpec(variability=0.0), 0)
+    np.testing.assert_array_equal(person.came_from, SPEC.home)
+    person.plan_reach(FIRST, 0.5, 1.2)
+    np.testing.assert_allclose(person.came_from, SPEC.home)
+    person.plan_reach(person.came_from, person.rests_from_s, 1.0)
+    np.testing.assert_allclose(person.truth(99.0)[3], SPEC.home)
+    # Nobody was anywhere before the first reach: that is a movement to where the hand is.
+    new = SimulatedPerson(PersonSpec(), 0)
+    new.plan_reach(new.came_from, 0.0, 1.0)
+    np.testing.assert_allclose(new.truth([0.0, 0.5, 99.0])[:, 3], [SPEC.home] * 3, atol=1e-9)

@@ -27,6 +27,7 @@ from hri_prediction.ros.time import to_ns, to_time  # noqa: E402
 from hri_prediction.tracks.files import save_tracks  # noqa: E402
 from hri_prediction.tracks.track import ArmTrack  # noqa: E402
 from hri_sim.nodes.replayer_node import ReplayerNode  # noqa: E402
+from hri_sim.scenario.schema import BACK  # noqa: E402
 from hri_sim.testing.domain import own_domain  # noqa: E402
 from hri_sim.tools import replay_mocap  # noqa: E402
 
@@ -124,8 +125,9 @@ def test_a_cue_plays_at_its_stamp_and_the_pose_is_held_around(rig: Rig, track_fi
     cues = rig.node.create_publisher(Cue, "/sim/cue", 10)
     rig.spin_until(lambda: len(arms) > 20 and cues.get_subscription_count() == 1)
     np.testing.assert_allclose(keypoints(arms), np.broadcast_to(POINTS[0], (len(arms), 4, 3)))
-    nobody = Cue(header=Header(stamp=to_time(node.now_ns())), person_target="")
-    cues.publish(nobody)
+    # One is for nobody, the other for who can go back.
+    for target in ("", BACK):
+        cues.publish(Cue(header=Header(stamp=to_time(node.now_ns())), person_target=target))
     rig.spin(0.2)
     assert node.player.start_ns is None
     start = node.now_ns() + 300_000_000
@@ -138,6 +140,16 @@ def test_a_cue_plays_at_its_stamp_and_the_pose_is_held_around(rig: Rig, track_fi
     np.testing.assert_allclose(keypoints(arms)[-5:], np.broadcast_to(POINTS[-1], (5, 4, 3)))
     assert (np.diff(stamps) > 0).all()
     assert np.median(np.diff(stamps)) == 5_000_000
+
+
+def test_a_cue_without_a_stamp_plays_now(rig: Rig, track_file: Path) -> None:
+    node = rig.replayer(file=str(track_file), body_id="bob", start="cue")
+    cues = rig.node.create_publisher(Cue, "/sim/cue", 10)
+    rig.spin_until(lambda: cues.get_subscription_count() == 1)
+    before = node.now_ns()
+    cues.publish(Cue(person_target="t", delay=0.1))
+    rig.spin_until(lambda: node.player.start_ns is not None)
+    assert before + NS // 10 <= node.player.start_ns <= node.now_ns() + NS // 10
 
 
 def test_lock_step_ticks_decide_what_is_said(rig: Rig, track_file: Path) -> None:

@@ -8,6 +8,7 @@ from hri_prediction.errors import ConfigError
 from hri_sim.people.arm import SHOULDER_BREADTH
 from hri_sim.scenario.examination import examine_scenario
 from hri_sim.scenario.schema import (
+    BACK,
     PersonSpec,
     Scenario,
     load_scenario,
@@ -62,6 +63,7 @@ def test_round_trip(tmp_path):
         ({"seed": -1}, "seed = -1.*greater than or equal to 0"),
         ({"targets": {"a": [0.1, 0.2, float("nan")]}}, r"targets.a.2 = nan.*finite"),
         ({"targets": {"1a": [0.1, 0.2, 0.3]}}, "targets.1a"),
+        ({"targets": {BACK: [0.1, 0.2, 0.3]}}, r"targets.\(back\)"),
         ({"reaches": []}, "reaches"),
         ({"reaches": [{"robot_target": "c"}]}, "'c' is not in: a, b"),
         ({"reaches": [{"robot_target": "a", "person_target": "c"}]}, "'c' is not in: a, b"),

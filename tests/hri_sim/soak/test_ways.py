@@ -47,8 +47,24 @@ def test_a_walk_goes_on_from_where_the_hand_is(scenario: Scenario) -> None:
         seen.add((index, walk.place))
         assert walk.other(reach).robot_target != reach.robot_target
     assert {place for _, place in seen} == {0, 1, 2}
-    walk.place = HOME
+    walk.home()
     assert walk.next() == scenario.reaches[0]
+
+
+def test_a_hand_that_is_taken_back_is_where_it_was_before(scenario: Scenario) -> None:
+    walk = Walk(scenario, np.random.default_rng(0))
+    walk.next()
+    walk.back()
+    assert walk.place == HOME
+    walk.next()
+    before = walk.place
+    walk.next()
+    walk.back()
+    assert walk.place == before
+    walk.next()
+    walk.home()  # its node was started again meanwhile
+    walk.back()
+    assert walk.place == HOME
 
 
 def test_the_seed_decides(scenario: Scenario) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +31,6 @@ class Nearness:
     length: float
 
 
-@lru_cache(maxsize=32)
 def find_nearness(name: str, path: str = "") -> Nearness:
     """What nearness costs in a case of a file of learnt costs.
 
@@ -45,7 +45,19 @@ def find_nearness(name: str, path: str = "") -> Nearness:
         ConfigError: naming the cases that there are; or when no nearness costs anything in this one.
         DataError: when the file is missing, damaged or something else.
     """
-    costs = load_costs(path or SHIPPED_COSTS)
+    file = Path(path or SHIPPED_COSTS)
+    try:
+        state = file.stat()
+        written = state.st_mtime_ns, state.st_size
+    except OSError:  # what reads it says so better
+        written = 0, 0
+    return _nearness(name, file, written)
+
+
+@lru_cache(maxsize=32)
+def _nearness(name: str, file: Path, written: tuple[int, int]) -> Nearness:
+    """Of a file as it was written then: costs that are learnt anew are other ones."""
+    costs = load_costs(file)
     if name not in costs.cases:
         raise ConfigError(
             f"interaction_costs {name!r}", expected="one of " + ", ".join(costs.cases)

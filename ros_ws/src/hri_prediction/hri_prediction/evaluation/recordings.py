@@ -142,11 +142,12 @@ def load_recordings(path: str | Path, segmentation: SegmentationConfig) -> list[
     if not any(recording.reaches for recording in recordings):
         refused = [line for recording in recordings for line in recording.refused]
         what = (
-            f"no reach can be used, of {len(refused)}; the first: {refused[0]}" if refused else ""
+            f"no reach can be used, of {len(refused)}; the first: {refused[0]}"
+            if refused
+            else "no reach found: as far as it is seen without gaps, no wrist moves faster than "
+            f"{segmentation.on_speed} m/s for {segmentation.min_duration} s"
         )
-        raise DataError(
-            f"{path}: {what or 'no reach found'}", expected="at least one that is seen throughout"
-        )
+        raise DataError(f"{path}: {what}", expected="at least one that is seen throughout")
     return recordings
 
 

@@ -60,7 +60,7 @@ def read_results(path: Path) -> Explained:
     """Weights in results of ``scripts/fit_ioc.py``.
 
     Raises:
-        DataError: the file is none of these.
+        DataError: the file is none of these, or laws were asked for and none was found.
     """
     values = read_json(path)
     if not isinstance(values, dict) or "reaches" not in values or "costs" not in values:
@@ -68,6 +68,12 @@ def read_results(path: Path) -> Explained:
     try:
         check_arm(values)
         names, laws = tuple(map(str, values["costs"])), list(values.get("laws", ()))
+        if values.get("law") and not laws:
+            raise DataError(
+                "no law was found of anybody, though fit_ioc.py was given --law",
+                expected="a law of one person at least: single reaches know their weights much worse",
+                hint="its results.md says what was missing; without --law single reaches are taken",
+            )
         if laws and values.get("whole"):
             data = data_of_laws(names, laws)
             what = f"{len(data)} reaches by the laws of {len(laws)} arms"

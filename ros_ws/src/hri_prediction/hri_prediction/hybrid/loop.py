@@ -162,6 +162,8 @@ class Loop:
         self._kept: dict[str, tuple[int, int]] = {}
         self._unsaved: dict[str, set[TaskKey]] = {}
         self._claims: dict[str, int] = {}
+        # Whose folder could not be looked at: nothing of theirs is explained until they are asked for.
+        self._unseen: set[str] = set()
 
     def answer(self, question: Question) -> list[Answer]:
         """Do what is asked for; what goes wrong is an answer too."""
@@ -171,6 +173,7 @@ class Loop:
                 self._people.pop(name, None)
             return []
         forgotten: list[Answer] = []
+        self._unseen.discard(name)
         try:
             forgotten = self._forget_deleted(name)
             if isinstance(question, Rested):
@@ -193,12 +196,16 @@ class Loop:
         """Explain one mean path that has settled; nothing when there is none."""
         for name, person in list(self._people.items()):
             waiting = person.to_explain()
-            if not waiting:
+            if not waiting or name in self._unseen:
                 continue
             key = waiting[0]
             try:
                 if forgotten := self._forget_deleted(name):
                     return forgotten
+            except Exception as error:  # at once it would go as badly, and again, without end
+                self._unseen.add(name)
+                return [Trouble(name, f"{key.name} is not explained yet: {_told(error)}")]
+            try:
                 found = person.explain(key)
                 # It takes a while, in which folders may be moved.
                 forgotten = self._forget_deleted(name)

@@ -17,7 +17,12 @@ from hri_prediction.results.options import run_app
 
 DEFAULT_FOLDER = Path("runs/people")
 
-app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+app = typer.Typer(
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
 Folder = Annotated[Path, typer.Option(help="Folder in which people are kept.")]
 
 

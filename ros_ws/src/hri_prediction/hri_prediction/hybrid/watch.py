@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from hri_prediction.arm.geometry import KEYPOINTS
 from hri_prediction.errors import DataError
 from hri_prediction.hybrid.body import BodyArm, facing_towards
 from hri_prediction.hybrid.config import HybridConfig
@@ -196,12 +197,12 @@ def _check_seen(track: ArmTrack, duration_s: float) -> None:
     Raises:
         DataError: one of them was not.
     """
-    for keypoint in range(3):
+    for keypoint, name in enumerate(KEYPOINTS[:3]):
         seen = np.isfinite(track.keypoints[:, keypoint]).all(axis=1)
         times = np.clip(track.time_s[seen], 0.0, duration_s)
         gap_s = float(np.diff(times, prepend=0.0, append=duration_s).max())
         if gap_s > MAX_GAP_S:
             raise DataError(
-                f"keypoint {keypoint} is not seen for {gap_s:.2f} s",
+                f"the {name} is not seen for {gap_s:.2f} s",
                 expected=f"gaps of {MAX_GAP_S} s at most",
             )

@@ -61,13 +61,17 @@ def read_all(files: Sequence[Path]) -> tuple[list[Recording], list[str]]:
     """
     found: list[Recording] = []
     skipped = []
+    refused: DataError | None = None
     for file in files:
         try:
             found += load_recordings(file, SegmentationConfig())
         except DataError as error:
             skipped.append(str(error))
+            refused = refused or error
     if not found:
-        raise DataError(skipped[0] if skipped else "no file was named", expected="recorded reaches")
+        if refused is not None:
+            raise refused
+        raise DataError("no file was named", expected="recorded reaches")
     return found, skipped
 
 
@@ -295,7 +299,8 @@ def fit_ioc(
             progress.say("reading")
             recordings, unread = read_all(files)
             people = People(facing, height, mass, convention, average, whole)
-            reaches, unusable = collect(recordings, people)
+            progress.say("bringing reaches to the model of the arm")
+            reaches, unusable = collect(recordings, people, progress.count)
             skipped = unread + unusable
             if smoke:
                 reaches = reaches[:_SMOKE_REACHES]
@@ -355,8 +360,11 @@ def fit_ioc(
         table.add_row(*row)
     console.print(table)
     console.print(uncertain_line(whole), highlight=False)
-    if not (law and whole):
-        console.print("--law --whole finds weights that are surer.", highlight=False)
+    if len(names) > 1 and not (law and whole):
+        console.print(
+            f"Surer: --law --whole, of whoever rests before and after {LEAST_REACHES} different reaches.",
+            highlight=False,
+        )
     for one in laws[0] if laws is not None else ():
         console.print(
             f"law of {one['person']}: {one['reaches']} reaches, {one['rms_cm']:.2f} cm",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from hri_prediction.errors import ConfigError, DataError
@@ -65,9 +65,16 @@ class People:
 
 
 def collect(
-    recordings: Sequence[Recording], people: People
+    recordings: Sequence[Recording],
+    people: People,
+    progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> tuple[list[CollectedReach], list[str]]:
     """Bring recorded reaches to the arm models of the people who made them.
+
+    Args:
+        recordings: With their reaches.
+        people: What is known of who made them.
+        progress: Called with recordings done, and their number.
 
     Returns:
         The reaches, and a line for each that cannot be used, and each track without any.
@@ -92,7 +99,8 @@ def collect(
     skipped = []
     arms: dict[tuple[str, str], ArmModel] = {}
     facings: dict[str, float] = {}
-    for recording, person in zip(recordings, persons, strict=True):
+    for index, (recording, person) in enumerate(zip(recordings, persons, strict=True)):
+        progress(index, len(recordings))
         track = recording.track
         parts = (person, track.side, track.task)
         trial = " ".join((*(part for part in parts if part), str(track.trial)))
@@ -130,6 +138,7 @@ def collect(
             key = (person, track.side, track.task, number)
             groups[key].append(seen)
             of_group[key] = arm, facing
+    progress(len(recordings), len(recordings))
     found = []
     for key, reaches in groups.items():
         arm, facing = of_group[key]

@@ -160,7 +160,7 @@ def fit_law(
         reaches: At least one; with spans, each has some rest before and after.
         names: Costs, joint jerk among them.
         scaling: How costs are brought to one range, in each reach.
-        steps: At most.
+        steps: At most; 1 or more.
         correlated: So many samples in a row share an error; they count for one in theta_sd.
         alike: What reach each one is; repetitions have the same. Empty: each one is a reach of its own.
         spans: At about which phases each one sets out and comes to rest; they are found along with the law.
@@ -168,10 +168,12 @@ def fit_law(
         progress: Called with steps done and their number.
 
     Raises:
-        ConfigError: on names that are no costs, or without joint jerk.
+        ConfigError: on names that are no costs, without joint jerk, or without a step.
         DataError: without reaches, or when not all or none are said to be alike, or have a span.
         NotConverged: the lower level was not solved for any of them.
     """
+    if steps < 1:
+        raise ConfigError(f"{steps} steps to fit a law", expected="one or more")
     if not reaches:
         raise DataError("no reaches to fit a law to", expected="one or more")
     if alike and len(alike) != len(reaches):

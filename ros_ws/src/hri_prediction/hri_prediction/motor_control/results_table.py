@@ -26,7 +26,7 @@ def summary_rows(outcomes: Sequence[Outcome], names: Sequence[str]) -> list[tupl
     joints = np.array([each.single_joint_deg for each in done], dtype=float)
     rows = [
         (
-            name.replace("_", " "),
+            f"{name.replace('_', ' ')} ({ABBREVIATIONS[name]})",  # so it is called in the picture
             _spread(alpha[:, i]),
             # At a corner of the simplex it is another figure: how much more, or less, a weight may be.
             _median(sd[(alpha[:, i] > 0.0) & (alpha[:, i] < 1.0), i]),

@@ -91,7 +91,7 @@ def observe_whole(
     for where, rest in (("before", begin - start), ("after", finish - end)):
         if rest < LEAST_REST_S:
             raise DataError(
-                f"{what}: {max(rest, 0.0):.2f} s of rest are seen {where} it",
+                f"{what}: {max(rest, 0.0):.2f} s of rest are seen {where} it, as its smoothed speed says",
                 expected=f"{LEAST_REST_S} s or more, to know that it goes from rest to rest",
                 hint="leave out --whole, or record longer",
             )

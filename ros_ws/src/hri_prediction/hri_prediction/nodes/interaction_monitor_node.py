@@ -13,18 +13,25 @@ from std_msgs.msg import Header
 from hri_prediction.arm.body_id import valid_body_id
 from hri_prediction.arm.geometry import KEYPOINTS
 from hri_prediction.config import parameter, validate
-from hri_prediction.errors import ConfigError, DataError
+from hri_prediction.errors import ConfigError, DataError, HriError
 from hri_prediction.ontology.cases import cases
 from hri_prediction.ontology.classifier import InteractionClassifier
 from hri_prediction.ontology.config import WatchConfig
 from hri_prediction.ontology.features import COUNT
 from hri_prediction.ontology.pair import Pair, choose_pair
+from hri_prediction.ontology.segment import Segment
 from hri_prediction.ontology.shipped import SHIPPED
 from hri_prediction.ontology.verdict import Verdict, verdict_on
 from hri_prediction.ontology.warm import warm_watch
-from hri_prediction.ontology.watch import AGENTS, BACK_NS, DyadWatch, Segment
+from hri_prediction.ontology.watch import AGENTS, BACK_NS, SILENT_S, DyadWatch
 from hri_prediction.ros.conversions import WORLD, current_sample, flat
-from hri_prediction.ros.messages import HumanArm, IdsList, InteractionCase, InteractionFeatures
+from hri_prediction.ros.messages import (
+    HumanArm,
+    IdsList,
+    InteractionCase,
+    InteractionFeatures,
+    LoadModel,
+)
 from hri_prediction.ros.node import OK, WARN, HriNode, run_node
 from hri_prediction.ros.parameters import declare_config
 from hri_prediction.ros.qos import LISTS, SENSOR, reliable
@@ -37,8 +44,6 @@ _ARM_TOPIC = "humans/bodies/{}/arm"
 FEATURES_TOPIC, CASE_TOPIC = "interaction/features", "interaction/case"
 TELL_NS = NANO // 25
 """Features, and what it looks like so far, are told so often."""
-SILENT_S = 0.5
-"""A body that is not seen for so long is named."""
 GONE_S = 2.0
 """Others are watched, if there are two, instead of a body that is not seen for so long and that nothing
 lists any more: its source has ended."""
@@ -79,21 +84,14 @@ class InteractionMonitorNode(HriNode):
         self._config = declare_config(self, InteractionMonitorConfig)
         watch = declare_config(self, WatchConfig, prefix="watch")
         segmentation = declare_config(self, SegmentationConfig, prefix="segmentation")
-        path = self._config.classifier or str(SHIPPED)
-        self._classifier = InteractionClassifier.load(path)
-        known = {case.number for case in cases()}
-        if not set(self._classifier.classes.tolist()) <= known:
-            raise ConfigError(
-                f"classifier {path} knows the classes {self._classifier.classes.tolist()}",
-                expected="cases from 1 to 20",
-            )
-        self._path = path
+        self._path, self._classifier = _load(self._config.classifier)
         self._watch = DyadWatch(watch, segmentation)
         self._lists = TrackedLists()
         self._told_lists = False
         self._pair = Pair(None, "no source has said who is tracked")
         self._gone: frozenset[str] = frozenset()
         self._newest_ns = [0, 0]
+        self._since_ns = self._ticked_ns = self._features_ns = 0
         self._seen_ns = np.zeros((len(AGENTS), len(KEYPOINTS)), dtype=np.int64)
         self._unwatched: set[tuple[str, str]] = set()
         self._counts: Counter[str] = Counter()
@@ -107,12 +105,26 @@ class InteractionMonitorNode(HriNode):
         # reader that is held up for 0.2 s.
         self._cases = self.announce(InteractionCase, CASE_TOPIC, reliable(50))
         self.listen(IdsList, TRACKED, self._on_ids, LISTS)
+        self.serve(LoadModel, "~/load_model", self._on_load_model)
         self.set_period(self._config.period)
 
     # ------------------------------------------------------------------ inputs
     def _on_ids(self, message: IdsList) -> None:
         take_list(self._lists, message, self.tick_ns)
         self._told_lists = True
+
+    def _on_load_model(
+        self, request: LoadModel.Request, response: LoadModel.Response
+    ) -> LoadModel.Response:
+        """What is told from now on is told by another classifier."""
+        try:
+            self._path, self._classifier = _load(request.path)
+        except HriError as error:
+            response.success, response.message = False, str(error)
+            return response
+        response.success = True
+        response.message = f"{len(self._classifier.classes)} cases, of {self._classifier.about}"
+        return response
 
     def _choose(self) -> None:
         """Watch two of those who are tracked."""
@@ -139,7 +151,7 @@ class InteractionMonitorNode(HriNode):
     def _who_is_gone(self, now_ns: int) -> frozenset[str]:
         """Bodies whose source has ended: nothing says them, and they are not seen."""
         watched = zip(self._pair.bodies or (), self._newest_ns, strict=False)
-        silent = {body for body, ns in watched if ns and now_ns - ns > GONE_S * NANO}
+        silent = {body for body, ns in watched if now_ns - max(ns, self._since_ns) > GONE_S * NANO}
         gone = self._gone | silent
         return gone - self._lists.said if gone else gone
 
@@ -150,6 +162,7 @@ class InteractionMonitorNode(HriNode):
                 self._tell_segment(segment, bodies)
         self._watch.restart()
         self._newest_ns = [0, 0]
+        self._since_ns, self._features_ns = self.tick_ns, 0
         self._seen_ns.fill(0)
 
     def _on_arm(self, message: HumanArm) -> None:
@@ -176,6 +189,8 @@ class InteractionMonitorNode(HriNode):
         segments = self._watch.push(agent, sample)
         if self._watch.jump:
             self.fault(f"wrist {message.body_id}", f"{message.body_id}: {self._watch.jump}")
+        if self._watch.odd:
+            self.fault(f"samples {message.body_id}", f"{message.body_id}: {self._watch.odd}")
         for segment in segments:
             self._tell_segment(segment)
 
@@ -210,20 +225,29 @@ class InteractionMonitorNode(HriNode):
             _fill(message, verdict, self._classifier)
             self._counts["movements"] += 1
             self._counts["unlike what was learnt"] += bool(verdict.unlike)
-            self._late_ms.append((self.now_ns() - max(self._newest_ns)) / 1e6)
+            late_ms = (self.now_ns() - max(self._newest_ns)) / 1e6
+            if late_ms < SILENT_S * 1e3:  # else it is told because no more samples come
+                self._late_ms.append(late_ms)
         message.onset, message.end = to_time(segment.onset_ns), to_time(segment.end_ns)
         self._cases.publish(message)
 
     def on_tick(self, now_ns: int) -> None:
         """Tell features, and what movements look like so far, 25 times a second; what ends, each time."""
+        if self._ticked_ns - now_ns > BACK_NS:
+            # What was heard before has stamps that are still to come: nothing would be old any more.
+            reason = f"the clock went back by {(self._ticked_ns - now_ns) / NANO:.2f} s"
+            self.fault("clock", reason)
+            self._restart(reason, self._pair.bodies)
+            self._next_ns = now_ns
+        self._ticked_ns = now_ns
         self._lists.look(now_ns)
         gone = self._who_is_gone(now_ns)
         self._told_lists |= gone != self._gone
         self._gone = gone
         if self._told_lists and not self._lists.pending:  # else one who is listed may have left
             self._choose()
-        if self._next_ns - now_ns > NANO:  # the clock went back
-            self._next_ns = now_ns
+        for segment in self._watch.look(now_ns):
+            self._tell_segment(segment)
         if now_ns < self._next_ns:
             self._tell_ending(now_ns)
             return
@@ -235,7 +259,8 @@ class InteractionMonitorNode(HriNode):
             return
         stamp_ns, features = newest
         seen = bool(np.isfinite(features).all())
-        if seen:
+        if seen and stamp_ns != self._features_ns:
+            self._features_ns = stamp_ns
             self._features.publish(
                 InteractionFeatures(
                     header=Header(stamp=to_time(stamp_ns), frame_id=WORLD),
@@ -308,6 +333,26 @@ class InteractionMonitorNode(HriNode):
             return WARN, reason, figures
         assert self._pair.bodies is not None
         return OK, "watching " + " and ".join(self._pair.bodies), figures
+
+
+def _load(given: str) -> tuple[str, InteractionClassifier]:
+    """A classifier of cases, as the message has them, and its file.
+
+    Args:
+        given: The file; empty: of the one that ships.
+
+    Raises:
+        ConfigError: when it is one of something else.
+        DataError: when it cannot be read.
+    """
+    path = given or str(SHIPPED)
+    classifier = InteractionClassifier.load(path)
+    if not set(classifier.classes.tolist()) <= {case.number for case in cases()}:
+        raise ConfigError(
+            f"classifier {path} knows the classes {classifier.classes.tolist()}",
+            expected="cases from 1 to 20",
+        )
+    return path, classifier
 
 
 def _fill(message: InteractionCase, verdict: Verdict, classifier: InteractionClassifier) -> None:

@@ -19,7 +19,7 @@ from hri_prediction.arm.geometry import SIDES
 from hri_prediction.bags.reader import BagReader
 from hri_prediction.errors import ConfigError, DataError
 from hri_prediction.files.whole import write_whole
-from hri_prediction.ontology.cases import find_case
+from hri_prediction.ontology.cases import GROUP_NAMES, find_case
 from hri_prediction.ontology.classifier import InteractionClassifier
 from hri_prediction.ontology.recordings import segments_of_bag
 from hri_prediction.ontology.shipped import SHIPPED
@@ -127,16 +127,17 @@ def compared(labelled: list[Labelled], told: dict[tuple[str, int, int], int]) ->
     )
     if len(both) < len(told):
         text += " (a replay has other stamps, and a monitor that began late has seen less)"
+    if len(both) < len(here):
+        text += f"; {len(here) - len(both)} that are found here were not told"
     return text
 
 
-def _rows(labelled: list[Labelled]) -> list[tuple[str, ...]]:
-    first_ns = min((one.onset_ns for one in labelled), default=0)
+def _rows(labelled: list[Labelled], begin_ns: int) -> list[tuple[str, ...]]:
     return [
         (
             one.who,
-            f"{(one.onset_ns - first_ns) * 1e-9:.3f}",
-            f"{(one.end_ns - first_ns) * 1e-9:.3f}",
+            f"{(one.onset_ns - begin_ns) * 1e-9:.3f}",
+            f"{(one.end_ns - begin_ns) * 1e-9:.3f}",
             str(one.number or ""),
             f"{one.probability:.3f}" if one.number else "",
             str(one.group or ""),
@@ -164,7 +165,7 @@ def label_interactions(
     """Say of each movement of two recorded people which case of interaction it is.
 
     These are the labels that interaction_monitor, with its default parameters, gives the recording when it
-    is replayed. Times count from the begin of the first movement. Where the bag holds what a monitor said
+    is replayed. Times count from the begin of the bag. Where the bag holds what a monitor said
     when it was recorded, that is compared.
     """
     console = Console()
@@ -180,27 +181,17 @@ def label_interactions(
             "" if pair or "name two" not in error.hint else "name two of them: --bodies ONE,OTHER"
         )
         raise DataError(error.problem, expected=error.expected, hint=hint) from error
-    rows = _rows(labelled)
-    table = Table(box=None, pad_edge=False)
-    for name in HEAD:
-        left = name in ("who", "reason")
-        table.add_column(
-            escape(name.replace("_s", " [s]").replace("_", " ")),
-            justify="left" if left else "right",
-            overflow="fold",
-        )
-    for row in rows:
-        table.add_row(*map(escape, row))
-    console.print(table)
-    counts = Counter(one.number for one in labelled if one.number)
-    for number, count in counts.most_common(3):
-        what = find_case(number).description
-        console.print(
-            f"{count} of {len(labelled)} movements: case {number}, {what}",
-            highlight=False,
-            markup=False,
-            soft_wrap=True,
-        )
+    rows = _rows(labelled, BagReader(bag).metadata.starting_time_ns)
+    _print_table(console, rows)
+    cases = Counter(one.number for one in labelled if one.number)
+    said = [
+        (n, f"case {number}, {find_case(number).description}") for number, n in cases.most_common(3)
+    ]
+    groups = Counter(one.group for one in labelled if one.group)
+    said += [(n, f"class {group}, {GROUP_NAMES[group - 1]}") for group, n in groups.most_common(3)]
+    for count, what in said:
+        words = f"{count} of {len(labelled)} movements: {what}"
+        console.print(words, highlight=False, markup=False, soft_wrap=True)
     if not labelled:
         console.print("nobody moves from rest to rest in this bag")
     if told := recorded_cases(bag):
@@ -210,6 +201,24 @@ def label_interactions(
         csv.writer(text, lineterminator="\n").writerows([HEAD, *rows])
         write_whole({out: lambda path: path.write_text(text.getvalue())})
         console.print(f"table: {out}", highlight=False, soft_wrap=True)
+
+
+def _print_table(console: Console, rows: Sequence[tuple[str, ...]]) -> None:
+    """Movements a line each; reasons, which are long and often nearly the same, beneath it by number."""
+    table = Table(box=None, pad_edge=False)
+    for name in (*HEAD[:-1], "note"):
+        table.add_column(
+            escape(name.replace("_s", " [s]").replace("_", " ")),
+            justify="left" if name == "who" else "right",
+            overflow="fold",
+        )
+    notes: dict[str, int] = {}
+    for *cells, reason in rows:
+        note = str(notes.setdefault(reason, len(notes) + 1)) if reason else ""
+        table.add_row(*map(escape, (*cells, note)))
+    console.print(table)
+    for reason, number in notes.items():
+        console.print(f"note {number}: {reason}", highlight=False, markup=False, soft_wrap=True)
 
 
 def _pair(given: str) -> tuple[str, ...]:

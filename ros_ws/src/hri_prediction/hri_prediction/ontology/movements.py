@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from hri_prediction.errors import DataError
 from hri_prediction.ontology.config import WatchConfig
 from hri_prediction.ontology.costs import LENGTH_M, path_costs
+from hri_prediction.ontology.cutting import segments_of
 from hri_prediction.ontology.piirl import Learnt, learn
 from hri_prediction.ontology.sampling import BEYOND, draw_around
 from hri_prediction.ontology.smoothing import smoothed_track, wide_enough
 from hri_prediction.ontology.upper_body import UpperBody, body_of, joints_of
-from hri_prediction.ontology.watch import segments_of
 from hri_prediction.tracks.track import ArmTrack
 
 FloatArray = NDArray[np.float64]

@@ -23,8 +23,9 @@ from hri_prediction.errors import DataError, HriError, shown
 from hri_prediction.files.values import read_yaml
 from hri_prediction.ontology.cases import find_case
 from hri_prediction.ontology.config import WatchConfig
+from hri_prediction.ontology.segment import Segment
 from hri_prediction.ontology.table import SegmentTable, table_of
-from hri_prediction.ontology.watch import BACK_NS, DyadWatch, Segment
+from hri_prediction.ontology.watch import BACK_NS, DyadWatch
 from hri_prediction.tracks.rate import check_rate
 from hri_prediction.tracks.track import ArmSample, ArmTrack
 
@@ -234,8 +235,10 @@ def _two_arms(
     there = sorted({body for body, own in arms if own == side})
     names = tuple(bodies) or tuple(there)
     if len(names) != 2 or not set(names) <= set(there):
+        other = sorted({body for body, own in arms if own != side})
+        besides = f", and other ones of {', '.join(other)}" if other else ""
         raise DataError(
-            f"{bag} holds the {side} arms of {', '.join(there) or 'nobody'}",
+            f"{bag} holds the {side} arms of {', '.join(there) or 'nobody'}{besides}",
             expected=" and ".join(bodies) if bodies else "those of two people",
             hint="" if len(there) < 2 or bodies else "name two of them: bodies: [ONE, OTHER]",
         )

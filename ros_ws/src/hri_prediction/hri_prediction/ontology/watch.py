@@ -8,9 +8,7 @@ code that the predictor cuts reaches with; the one whose wrist it is counts as a
 from __future__ import annotations
 
 import math
-import re
 from collections import deque
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,10 +17,13 @@ from numpy.typing import NDArray
 from hri_prediction.ontology.config import WatchConfig
 from hri_prediction.ontology.features import COUNT, EXCHANGED, fill_features
 from hri_prediction.ontology.jumps import SPEED_S, jumped
+from hri_prediction.ontology.segment import Segment
 from hri_prediction.ontology.smoothing import SmoothedArm
+from hri_prediction.prediction.config import PredictorConfig
+from hri_prediction.prediction.input_check import InputCheck
 from hri_prediction.tracks.rate import too_slow
 from hri_prediction.tracks.segmentation import ROUNDING_S, ReachSegmenter, SegmentationConfig
-from hri_prediction.tracks.track import ArmSample, ArmTrack
+from hri_prediction.tracks.track import ArmSample
 
 FloatArray = NDArray[np.float64]
 
@@ -30,34 +31,13 @@ AGENTS = (0, 1)
 _WRIST = 2
 BACK_NS = 200_000_000
 """Stamps that go back by more are those of another take: nothing goes on [ns]."""
+SILENT_S = 0.5
+"""Of whom no samples come for so long, no movement is waited for any longer [s]."""
 _NANO = 1e-9
 _LOST = "the arm was lost sight of"
-
-
-@dataclass(frozen=True, eq=False)
-class Segment:
-    """A movement of one of the two.
-
-    Attributes:
-        agent: Whose wrist moved, 0 or 1.
-        onset_ns: When it began, on the clock of the samples [ns].
-        end_ns: When it was over [ns].
-        features: Their means (25,) [m], this agent as agent 1; none where there is a reason.
-        reason: Why there are none; empty where there are.
-    """
-
-    agent: int
-    onset_ns: int
-    end_ns: int
-    features: FloatArray | None
-    reason: str = ""
-
-    @property
-    def kind(self) -> str:
-        """The reason without its figures."""
-        words = re.sub(r"(: [\d.]+ s| by [\d.]+ m?s?)$", "", self.reason)
-        words = re.sub(r"for \d+ % of it", "for too little of it", words)
-        return re.sub(r" at [\d.e+-]+ Hz, too seldom", " too seldom", words)
+_JUMP = "jump"
+_ODD = (_JUMP, "markers swapped", "implausible length")
+"""What is told of keypoints that do not count, by its begin."""
 
 
 @dataclass
@@ -66,6 +46,7 @@ class _Agent:
 
     segmenter: ReachSegmenter
     arm: SmoothedArm
+    check: InputCheck
     onset_s: float | None = None
     wrists: deque[tuple[float, FloatArray]] = field(default_factory=deque)
     waiting: list[tuple[float, float]] = field(default_factory=list)
@@ -80,6 +61,7 @@ class DyadWatch:
 
     Attributes:
         jump: What is wrong with the newest sample, whose wrist is another one's or elsewhere; else empty.
+        odd: Why keypoints of the newest sample do not count although they are seen; else empty.
     """
 
     def __init__(
@@ -87,6 +69,7 @@ class DyadWatch:
     ) -> None:
         self.config = config or WatchConfig()
         self.segmentation = segmentation or SegmentationConfig()
+        self._checks = PredictorConfig()
         self._rows = math.ceil(self.config.longest / self.config.step) + 1
         self._features = np.empty((self._rows, COUNT))
         self._first = np.empty((4, 3))
@@ -97,11 +80,12 @@ class DyadWatch:
         self._features.fill(np.nan)
         self._origin_ns: int | None = None
         self._next = 0
-        self.jump = ""
+        self.jump = self.odd = ""
         self._agents = tuple(
             _Agent(
                 ReachSegmenter(self.segmentation),
                 SmoothedArm(self.config.smoothing, self.config.max_gap),
+                InputCheck(self._checks),
             )
             for _ in AGENTS
         )
@@ -126,12 +110,40 @@ class DyadWatch:
         time_s = (sample.stamp_ns - self._origin_ns) * _NANO
         if time_s <= own.arm.newest_s or time_s < 0.0:
             return []
-        if sample.valid[_WRIST]:
-            found = self._wrist(agent, time_s, sample.keypoints[_WRIST])
+        found = self.look(sample.stamp_ns)
+        keypoints = self._checked(own, sample)
+        if np.isfinite(keypoints[_WRIST]).all():
+            found += self._wrist(agent, time_s, keypoints[_WRIST])
         else:
-            found = self._unseen(agent, time_s)
-        own.arm.push(time_s, sample.keypoints)
+            found += self._unseen(agent, time_s)
+        own.arm.push(time_s, keypoints)
         return found + self._advance()
+
+    def _checked(self, own: _Agent, sample: ArmSample) -> FloatArray:
+        """Keypoints (4, 3), NaN where one cannot be used; by the checks that the predictor has."""
+        verdict = own.check.check(sample)
+        self.odd = verdict.reason if verdict.reason.startswith(_ODD) else ""
+        usable = verdict.usable.copy()
+        if self.odd.startswith(_JUMP):
+            # Whose wrist it is now is asked below, of both.
+            usable[_WRIST] = sample.valid[_WRIST]
+        return np.where(usable[:, None], sample.keypoints, np.nan)
+
+    def look(self, now_ns: int) -> list[Segment]:
+        """The segments that are complete because no samples come any more; see :meth:`finish`.
+
+        Args:
+            now_ns: Time now, on the clock of the samples [ns].
+        """
+        if self._origin_ns is None:
+            return []
+        heard_s = (now_ns - self._origin_ns) * _NANO - SILENT_S - ROUNDING_S
+        return [
+            segment
+            for agent, own in enumerate(self._agents)
+            if own.arm.newest_s < heard_s
+            for segment in self._end(agent)
+        ]
 
     def _unseen(self, agent: int, time_s: float) -> list[Segment]:
         """The wrist is not seen: nobody knows whether a movement goes on when it is for too long."""
@@ -182,8 +194,9 @@ class DyadWatch:
         own.segmenter.push(time_s, wrist)
         own.wrists.clear()
         own.wrists.append((time_s, wrist.copy()))
-        # No parabola through places of both.
+        # No parabola through places of both, and no lengths of both.
         own.arm.forget()
+        own.check.reset()
         return found
 
     def _over(self, agent: int, onset_s: float, end_s: float) -> list[Segment]:
@@ -234,10 +247,10 @@ class DyadWatch:
             self._fill(index, row)
         return rows[:, EXCHANGED] if agent else rows
 
-    def _complete(self, *, at_once: bool = False) -> list[Segment]:
+    def _complete(self) -> list[Segment]:
         found = []
         for agent, own in enumerate(self._agents):
-            while own.waiting and (at_once or self._index(own.waiting[0][1]) < self._next):
+            while own.waiting and self._index(own.waiting[0][1]) < self._next:
                 found.append(self._segment(agent, *own.waiting.pop(0)))
         return found
 
@@ -341,45 +354,22 @@ class DyadWatch:
         return self._ns(index * self.config.step), self._features[index % self._rows].copy()
 
     def finish(self) -> list[Segment]:
-        """What is still to come when no more samples do: a recording may stop the moment a hand does."""
+        """What is still to come when no more samples do.
+
+        A recording may stop the moment a hand does: a wrist that was as slow as at rest has ended its
+        segment; of one that was not, nobody knows how it went on.
+        """
+        return [segment for agent in AGENTS for segment in self._end(agent)]
+
+    def _end(self, agent: int) -> list[Segment]:
+        """What is still to come of one of the two of whom no more samples do."""
+        own = self._agents[agent]
         found = []
-        for agent, own in enumerate(self._agents):
-            if own.onset_s is not None and own.segmenter.speed < self.segmentation.onset_speed:
-                end_s = own.arm.newest_s - 0.5 * own.segmenter.window_s
-                found += self._over(agent, own.onset_s, end_s)
-                own.onset_s = None
-        return found + self._complete(at_once=True)
-
-
-def merged(tracks: tuple[ArmTrack, ArmTrack]) -> Iterator[tuple[int, ArmSample]]:
-    """The samples of two tracks on the same clock, in the order of time: whose, and what."""
-    stamps = np.concatenate([np.rint(track.time_s / _NANO) for track in tracks]).astype(np.int64)
-    owner = np.repeat(AGENTS, [len(track) for track in tracks])
-    row = np.concatenate([np.arange(len(track)) for track in tracks])
-    valid = [track.valid for track in tracks]
-    for index in np.argsort(stamps, kind="stable"):
-        agent, at = int(owner[index]), int(row[index])
-        track = tracks[agent]
-        yield (
-            agent,
-            ArmSample(int(stamps[index]), track.keypoints[at], valid[agent][at], track.side),
-        )
-
-
-def segments_of(
-    tracks: tuple[ArmTrack, ArmTrack],
-    config: WatchConfig | None = None,
-    segmentation: SegmentationConfig | None = None,
-) -> list[Segment]:
-    """All segments of a recording of two arms, as they are found live.
-
-    Args:
-        tracks: Of both, on the same clock and in the same frame.
-        config: Of the features.
-        segmentation: Thresholds of the segments.
-    """
-    watch = DyadWatch(config, segmentation)
-    found: list[Segment] = []
-    for agent, sample in merged(tracks):
-        found += watch.push(agent, sample)
-    return found + watch.finish()
+        if own.onset_s is not None:
+            onset_s, own.onset_s = own.onset_s, None
+            if own.segmenter.speed < self.segmentation.onset_speed:
+                found = self._over(agent, onset_s, own.arm.newest_s - 0.5 * own.segmenter.window_s)
+            else:
+                found = [self._none(agent, onset_s, own.wrists[-1][0], _LOST)]
+        waiting, own.waiting = own.waiting, []
+        return found + [self._segment(agent, *ends) for ends in waiting]

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hri_prediction.arm.geometry import KEYPOINTS
 from hri_prediction.errors import DataError, HriError
 from hri_prediction.prediction.config import PredictorConfig
 from hri_prediction.promp.learning import learn
@@ -190,12 +191,12 @@ def demonstration(track: ArmTrack, onset_s: float, end_s: float, points: int) ->
     phases = np.linspace(0.0, 1.0, points)
     times = onset_s + phases * (end_s - onset_s)
     columns = []
-    for keypoint in range(3):
+    for keypoint, name in enumerate(KEYPOINTS[:3]):
         seen = np.isfinite(track.keypoints[:, keypoint]).all(axis=1)
         inside = seen & (track.time_s >= onset_s - 1e-6) & (track.time_s <= end_s + 1e-6)
         if np.count_nonzero(inside) < 4:
             raise DataError(
-                f"{track.source or track.task} trial {track.trial}: keypoint {keypoint} is seen "
+                f"{track.source or track.task} trial {track.trial}: the {name} is seen "
                 f"{np.count_nonzero(inside)} times in the reach at {onset_s:.2f} s",
                 expected="at least 4 times",
             )

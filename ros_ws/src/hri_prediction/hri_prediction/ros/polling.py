@@ -6,10 +6,13 @@ second, and each time find its processor's caches filled with another process' d
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from rclpy.executors import Executor
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
 Store = Callable[[Any, dict[str, Any]], None]
@@ -33,6 +36,27 @@ class PollingNode(Node):
             store: Is called with each.
         """
         self._takers[id(subscription)] = _taker(subscription, store)
+
+    def poll_topic(
+        self, message_type: Any, topic: str, take: Callable[[Any], None], qos: QoSProfile
+    ) -> None:
+        """Subscribe to a topic whose messages are taken with :meth:`take`.
+
+        Args:
+            message_type: Of the topic.
+            topic: Its name.
+            take: Is called with each message.
+            qos: Its depth is how many messages wait.
+        """
+        subscription = self.create_subscription(message_type, topic, take, qos)
+        self.poll(subscription, lambda message, _: take(message))
+
+    def let_in(self, executor: Executor, seconds: float) -> None:
+        """Let what comes in for a time [s], then take what is polled."""
+        end = time.monotonic() + seconds
+        while (left_s := end - time.monotonic()) > 0.0:
+            executor.spin_once(timeout_sec=left_s)
+        self.take()
 
     def take(self) -> None:
         """Take all that has come."""

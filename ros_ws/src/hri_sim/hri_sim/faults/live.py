@@ -111,13 +111,13 @@ class LiveGraph(Closing):
         self._robot, self._q = load_robot(), np.array(scenario.robot_start)
         self.speeds: list[tuple[float, float]] = []
         self.forget()
-        listen = self._node.create_subscription
         for kind, topic, take in (
             (JointState, "joint_states", self._on_joints),
             (ControllerState, "joint_trajectory_controller/reference", self._on_reference),
             (SimState, "sim/state", self._on_state),
         ):
-            self._node.poll(listen(kind, topic, take, BURST), _of_message(take))
+            self._node.poll_topic(kind, topic, take, BURST)
+        listen = self._node.create_subscription
         planned = "joint_trajectory_controller/joint_trajectory"
         listen(JointTrajectory, planned, self._on_trajectory, reliable(1))
         listen(DiagnosticArray, "/diagnostics", self._on_diagnostics, 100)
@@ -199,10 +199,7 @@ class LiveGraph(Closing):
         end = time.monotonic() + seconds
         while (now_s := time.monotonic()) < end:
             # All messages of some time, then one look: they are a thousand in a second.
-            look_s = min(now_s + LOOK_S, end)
-            while (left_s := look_s - time.monotonic()) > 0.0:
-                self._executor.spin_once(timeout_sec=left_s)
-            self._node.take()
+            self._node.let_in(self._executor, min(LOOK_S, end - now_s))
             self._deaths.look(begun=True)
             self._health.look(time.monotonic(), self.supervisor.pids)
             self._freezes.look(time.monotonic(), self.supervisor.pids)
@@ -389,8 +386,3 @@ class LiveGraph(Closing):
 
 def _or_nothing(texts: Sequence[str]) -> str:
     return " | ".join(texts[:MENTIONED]) or "nothing"
-
-
-def _of_message(take: Callable[[Any], None]) -> Callable[[Any, dict[str, Any]], None]:
-    """The same, told also what the middleware says of the message."""
-    return lambda message, _: take(message)

@@ -191,9 +191,9 @@ TABLE = (
     ),
     Advice(
         "No usable samples of that person: covered from the cameras or out of their volume, or the source "
-        "has ended. The robot stays at rest until the arm is seen again.",
+        "has ended, as a recording does: start it again. The robot stays at rest until the arm is seen.",
         keys=("invalid ",),
-        words=r"no usable sample|arm not seen|\binvalid: ",
+        words=r"no usable sample|arm not seen|\binvalid: |was last seen [\d.]+ s ago",
     ),
     Advice(
         "Samples come too late: see the rows of the source and of the predictor (rate, age, latency), and "

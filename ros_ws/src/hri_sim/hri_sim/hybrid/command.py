@@ -262,7 +262,7 @@ def reproduce_hybrid(
         pictures.weights(content["real"], names, out / PICTURES / "weights_recorded.png")
     for guess, curve in families["optimal"]["curves"].items():
         values = ", ".join(
-            f"{value:.2f} cm after {count}" for count, value in curve["warped_m"].items()
+            f"{value:.2f} cm after {count}" for count, value in curve["warped_cm"].items()
         )
         console.print(f"{guess:<16} {values}", highlight=False)
     console.print(f"table: {out / TEXT}", highlight=False, soft_wrap=True)

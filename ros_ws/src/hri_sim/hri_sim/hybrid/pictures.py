@@ -26,12 +26,12 @@ def _figure(width: float, height: float) -> Figure:
 
 def errors(found: Mapping[str, Any], path: Path) -> None:
     """Errors by reaches seen of each person, for each target; first guesses; divergences (figure 3.9)."""
-    targets = sorted({target for by_target in found["errors"].values() for target in by_target})
-    many = len(found["errors"]) > _FEW
+    targets = sorted({target for by_target in found["errors_cm"].values() for target in by_target})
+    many = len(found["errors_cm"]) > _FEW
     figure = _figure(12.0, 6.4)
     axes = figure.subplots(2, max(len(targets), 2))
     for axis, target in zip(axes[0], targets, strict=False):
-        for person, by_target in found["errors"].items():
+        for person, by_target in found["errors_cm"].items():
             if target not in by_target:
                 continue
             seen = [int(count) for count in by_target[target]]
@@ -45,7 +45,7 @@ def errors(found: Mapping[str, Any], path: Path) -> None:
     axes[0][0].legend(fontsize=6 if many else 7, ncols=3 if many else 1)
     means, divergence = axes[1][0], axes[1][1]
     for guess in GUESSES:
-        curve = found["curves"][guess]["warped_m"]
+        curve = found["curves"][guess]["warped_cm"]
         seen = [int(count) for count in curve]
         means.plot(seen, list(curve.values()), "o-", ms=3, label=guess)
     means.set_xscale("symlog")

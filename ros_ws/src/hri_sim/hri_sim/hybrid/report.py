@@ -81,11 +81,11 @@ def _family(family: str, found: Mapping[str, Any]) -> list[str]:
     text = [
         f"## Simulated people, `{family}`\n",
         "Rest of the path [cm], target and duration told (as the thesis has it):\n",
-        _curve_table(found["curves"], "warped_m"),
+        _curve_table(found["curves"], "warped_cm"),
         "Its end point [cm], likewise:\n",
-        _curve_table(found["curves"], "end_m"),
+        _curve_table(found["curves"], "end_cm"),
         "Rest of the path [cm], neither told, as the node predicts:\n",
-        _curve_table(found["curves"], "untold_m"),
+        _curve_table(found["curves"], "untold_cm"),
         "How sure predictions are: negative log density of the samples [nats, of metres], share of them "
         "within the central 50 % and 95 % of what was predicted; told:\n",
         _sure_table(found["sure"]),
@@ -130,12 +130,12 @@ def _bars(content: Mapping[str, Any]) -> list[str]:
             *(
                 f"{_cell(value, value <= bar, '.2f')} ({min(people):.1f} to {max(people):.1f})"
                 for name, curve in curves.items()
-                for value in [curve[OPTIMAL]["warped_m"][count]]
-                for people in [families[name]["of_people"][count]]
+                for value in [curve[OPTIMAL]["warped_cm"][count]]
+                for people in [families[name]["of_people_cm"][count]]
             ),
         )
         for count, bar in BARS_CM.items()
-        if count in next(iter(curves.values()))[OPTIMAL]["warped_m"]
+        if count in next(iter(curves.values()))[OPTIMAL]["warped_cm"]
     ]
     rows.append(
         (
@@ -144,7 +144,7 @@ def _bars(content: Mapping[str, Any]) -> list[str]:
             *(
                 _cell(less, less < 0.0, "+.2f")
                 for curve in curves.values()
-                for less in [curve[OPTIMAL]["warped_m"]["0"] - curve[STRAIGHT]["warped_m"]["0"]]
+                for less in [curve[OPTIMAL]["warped_cm"]["0"] - curve[STRAIGHT]["warped_cm"]["0"]]
             ),
         )
     )
@@ -196,12 +196,12 @@ def _real(found: Mapping[str, Any]) -> list[str]:
         "is not recorded: it is taken to be the median of where the person's wrist ends in all reaches but "
         "the one that is predicted, which optimal control and the straight line are told, and other "
         "people's mean and the wide guess are not. Rest of the path [cm], target and duration told:\n",
-        _curve_table(found["curves"], "warped_m"),
+        _curve_table(found["curves"], "warped_cm"),
         "Its end point [cm]:\n",
-        _curve_table(found["curves"], "end_m"),
+        _curve_table(found["curves"], "end_cm"),
         "Rest of the path [cm], neither told: which of the arm's two targets it is, and how long the reach "
         "takes, the predictor finds out:\n",
-        _curve_table(found["curves"], "untold_m"),
+        _curve_table(found["curves"], "untold_cm"),
         "Negative log density, and share of samples within the central 50 % and 95 %; told:\n",
         _sure_table(found["sure"]),
         "The same, not told:\n",
@@ -235,7 +235,8 @@ def _real_bars(found: Mapping[str, Any]) -> list[str]:
     curves, ends = found["curves"], found["untold_end_median_mm"]
     counts = list(ends)
     less = [
-        curves[OPTIMAL]["warped_m"][count] - curves[STRAIGHT]["warped_m"][count] for count in counts
+        curves[OPTIMAL]["warped_cm"][count] - curves[STRAIGHT]["warped_cm"][count]
+        for count in counts
     ]
     rows = [
         (

@@ -15,7 +15,13 @@ from hri_sim.hybrid.real import RealCourse
 from hri_sim.hybrid.scores import Calibration
 from hri_sim.hybrid.trial import Course, Judged
 
-KINDS = ("warped_m", "end_m", "untold_m", "untold_end_m")
+KINDS = {
+    "warped_cm": "warped_m",
+    "end_cm": "end_m",
+    "untold_cm": "untold_m",
+    "untold_end_cm": "untold_end_m",
+}
+"""What errors are called here, in centimetres, and in `Judged`, in metres."""
 
 
 def curves(judged: Sequence[Judged]) -> dict[str, dict[str, dict[str, float]]]:
@@ -24,10 +30,10 @@ def curves(judged: Sequence[Judged]) -> dict[str, dict[str, dict[str, float]]]:
     found: dict[str, dict[str, dict[str, float]]] = {}
     for guess in GUESSES:
         found[guess] = {}
-        for kind in KINDS:
+        for kind, name in KINDS.items():
             values = {
                 str(count): [
-                    getattr(each, kind)
+                    getattr(each, name)
                     for each in judged
                     if each.guess == guess and each.seen == count
                 ]
@@ -145,7 +151,7 @@ def of_courses(courses: Sequence[Course]) -> dict[str, Any]:
         "sure_untold": sureness(judged, untold=True),
         "divergence": divergence(rows),
         "until_settled": reaches_until_settled(rows),
-        "of_people": by_person(judged, OPTIMAL),
+        "of_people_cm": by_person(judged, OPTIMAL),
         "weights": explanations(courses),
         "people": {
             f"S{i + 1}": {
@@ -155,7 +161,7 @@ def of_courses(courses: Sequence[Course]) -> dict[str, Any]:
             }
             for i, course in enumerate(courses)
         },
-        "errors": {
+        "errors_cm": {
             f"S{i + 1}": {
                 target: _errors([each for each in course.judged if each.target == target])
                 for target in course.whys
@@ -202,7 +208,7 @@ def of_real(course: RealCourse) -> dict[str, Any]:
             }
             for name in people
         },
-        "errors": {
+        "errors_cm": {
             name: {
                 target: _errors(
                     [e for e in course.judged if (e.person, e.target) == (name, target)]

@@ -13,18 +13,12 @@ from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.action import ActionClient
 from rclpy.experimental.events_executor import EventsExecutor
-from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from hri_planner.ros.authority import STATUSES
 from hri_prediction.errors import GraphError
-from hri_prediction.ros.messages import (
-    Cue,
-    PlannerStatus,
-    PolicyStatus,
-    ReachTarget,
-    SimState,
-)
+from hri_prediction.ros.messages import Cue, PlannerStatus, PolicyStatus, ReachTarget, SimState
+from hri_prediction.ros.polling import PollingNode
 from hri_prediction.ros.qos import SENSOR, reliable
 from hri_prediction.ros.time import seconds_to_ns
 from hri_sim.launch.alone import check_alone
@@ -41,6 +35,7 @@ from hri_sim.launch.resting import wait_for_rest
 from hri_sim.launch.status_words import FAR_M, status_words
 from hri_sim.launch.supervisor import Supervisor
 from hri_sim.launch.vital import vital_topics
+from hri_sim.launch.withdrawing import PERSON, Withdrawing
 from hri_sim.scenario.schema import ReachSpec, Scenario
 
 CUE_LEAD_S = 0.1
@@ -49,6 +44,8 @@ PATIENCE_S = 20.0
 """How long a node may warn before the run begins all the same [s]."""
 READY_AGAIN_S = 60.0
 """A node that was started again may take so long [s]."""
+TURN_S = 0.01
+"""So long messages are let in before nodes and their processes are looked at again [s]."""
 REST_S = 0.5
 """Rest between reaches, in which the predictor sees that nobody moves [s]."""
 
@@ -84,7 +81,7 @@ class Conductor:
         self._signals = HeldSignals()
         # Ctrl-C must not take ROS away: the robot is stopped over it first.
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-        self._node = Node("conductor", start_parameter_services=False)
+        self._node = PollingNode("conductor", start_parameter_services=False)
         self._executor = EventsExecutor()
         self._executor.add_node(self._node)
         self._cues = self._node.create_publisher(Cue, "sim/cue", reliable(10))
@@ -100,14 +97,14 @@ class Conductor:
         self._reports: list[ReachReport] = []
         self._closest: list[float] = []
         self._node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 50)
-        self._node.create_subscription(SimState, "sim/state", self._on_state, SENSOR)
+        self._node.poll_topic(SimState, "sim/state", self._on_state, SENSOR)
         self._node.create_subscription(
             STATUSES[mover], f"{mover}/status", self._on_status, reliable(10)
         )
-        self._next_say = 0.0
+        self._next_say = self._accepted_s = 0.0
         self._goal: Any = None
-        self._cue_ns = self._person_end_ns = 0
-        self._accepted_s = 0.0
+        self._cue_ns = 0
+        self._withdrawing = Withdrawing(scenario.persons, self._cues.publish, tell)
         self._vital = [self._node.resolve_topic_name(topic) for topic in vital_topics(scenario)]
 
     @property
@@ -182,7 +179,7 @@ class Conductor:
         """
         end = time.monotonic() + timeout_s
         while not done():
-            self._executor.spin_once(timeout_sec=0.02)
+            self._turn()
             self._look()
             if time.monotonic() > end:
                 raise GraphError(
@@ -191,12 +188,19 @@ class Conductor:
 
     def _look(self) -> None:
         """What is looked at in every turn."""
-        self._signals.release()
         self._deaths.look(begun=self._begun)
         now_s, pids = time.monotonic(), self._supervisor.pids
         self._freezes.look(now_s, pids)
         # Who is being started again has a reason to be silent.
         self._health.look(now_s, pids.keys() - set(self._freezes.labels) - self._deaths.again)
+        if self._goal is not None and PERSON in pids:
+            self._take_back()
+
+    def _take_back(self) -> bool:
+        """A person takes a hand back that was left on the robot; whether that begins now."""
+        reason = "" if self._status is None else self._status.reason
+        nearest = "" if self._state is None else self._state.human_part
+        return self._withdrawing.look(self.now_ns(), reason, nearest)
 
     def rest(self, seconds: float) -> None:
         """Wait, listening."""
@@ -215,7 +219,7 @@ class Conductor:
         check_alone(self._node, self._turn, labels)
 
     def _turn(self) -> None:
-        self._executor.spin_once(timeout_sec=0.02)
+        self._node.let_in(self._executor, TURN_S)
         self._signals.release()
 
     def wait_ready(self, timeout_s: float = 60.0) -> None:
@@ -227,9 +231,6 @@ class Conductor:
             NodeDeath: when one ended instead.
             GraphError: when some are still missing; they are named.
         """
-        self._become_ready(timeout_s)
-
-    def _become_ready(self, timeout_s: float) -> None:
         began = time.monotonic()
 
         def absent() -> set[str]:
@@ -277,7 +278,7 @@ class Conductor:
                 self._health.forget(label)
             self._deaths.forget()
             self._say("waiting for what was started again")
-            self._become_ready(READY_AGAIN_S)
+            self.wait_ready(READY_AGAIN_S)
 
     def _wait_for_start(self, index: int) -> None:
         """Until it is time for a reach; the first one sets the time."""
@@ -290,6 +291,7 @@ class Conductor:
         """Tell everyone of a reach, wait until it begins, and say when that was [ns]."""
         cue_ns = self.now_ns() + seconds_to_ns(CUE_LEAD_S)
         self._cues.publish(cue_message(number, reach, cue_ns))
+        self._withdrawing.begin(number, reach, cue_ns)
         self._cue_ns = cue_ns
         self._closest.append(math.inf)
         self.spin_until(lambda: self.now_ns() >= cue_ns, 5.0, "the cue")
@@ -352,16 +354,16 @@ class Conductor:
         )
         self._reports.append(report)
         # The person may still be on the way: the robot must stay clear of that too.
-        if reach.person_target:
-            seconds = reach.person_delay + 1.4 * reach.person_duration
-            self._person_end_ns = cue_ns + seconds_to_ns(seconds)
         later = self._scenario.reaches[index + 1 :]
         if not later or later[0].person_target:
-            left_s = (self._person_end_ns - self.now_ns()) * 1e-9
-            self.spin_until(
-                lambda: self.now_ns() >= self._person_end_ns, left_s + 30.0, "the person's rest"
-            )
+            self._wait_for_the_person()
         self._reports[-1] = replace(report, over_ns=self.now_ns())
+
+    def _wait_for_the_person(self) -> None:
+        """Until the hand rests, whatever it was last told."""
+        rests_ns = self._withdrawing.rests_ns
+        left_s = (rests_ns - self.now_ns()) * 1e-9
+        self.spin_until(lambda: self.now_ns() >= rests_ns, left_s + 30.0, "the person's rest")
 
     def _result_of(self, future: Any, target: str) -> Any:
         """The result that has come of a goal."""

@@ -6,9 +6,9 @@ import time
 from collections.abc import Callable
 
 from rclpy.executors import Executor
-from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
+from hri_prediction.ros.polling import PollingNode
 from hri_prediction.ros.qos import SENSOR
 
 STOP_S = 0.4
@@ -19,7 +19,7 @@ REST_SPEED = 0.02
 """Joint speed below which the robot counts as at rest [rad/s]."""
 
 
-def wait_for_rest(node: Node, executor: Executor, cut_short: Callable[[], bool]) -> None:
+def wait_for_rest(node: PollingNode, executor: Executor, cut_short: Callable[[], bool]) -> None:
     """Until the robot has come to rest, or should have.
 
     Args:
@@ -32,10 +32,10 @@ def wait_for_rest(node: Node, executor: Executor, cut_short: Callable[[], bool])
     def note(joints: JointState) -> None:
         fastest[0] = max((abs(speed) for speed in joints.velocity), default=0.0)
 
-    node.create_subscription(JointState, "joint_states", note, SENSOR)
+    node.poll_topic(JointState, "joint_states", note, SENSOR)
     begin = time.monotonic()
     while not cut_short() and (
         time.monotonic() < begin + STOP_S
         or (fastest[0] > REST_SPEED and time.monotonic() < begin + LONGEST_STOP_S)
     ):
-        executor.spin_once(timeout_sec=0.02)
+        node.let_in(executor, 0.02)

@@ -15,19 +15,20 @@ from trajectory_msgs.msg import JointTrajectory
 
 from hri_prediction.ros.messages import HumanPrediction, PlannerStatus, PolicyStatus
 from hri_prediction.ros.qos import SENSOR, reliable
-from hri_prediction.ros.time import seconds_to_ns, to_ns
+from hri_prediction.ros.time import to_ns
 from hri_sim.launch.conductor import REST_S, Conductor
 from hri_sim.launch.deaths import RESTART, Deaths, ended
 from hri_sim.launch.reports import INTERRUPTED, OUTCOMES
 from hri_sim.launch.soak_faults import Happening, Injector
 from hri_sim.launch.supervisor import Supervisor
+from hri_sim.launch.withdrawing import PERSON
 from hri_sim.scenario.schema import ReachSpec, Scenario
 from hri_sim.soak.faults import CANCEL, PREEMPT, Fault, FaultPlan
 from hri_sim.soak.latency import LatencyMatch
 from hri_sim.soak.log import DEATH, FAULT, REACH, SAMPLE, TOLD, SoakLog
 from hri_sim.soak.rest import REST_SPEED
 from hri_sim.soak.sampler import Sampler
-from hri_sim.soak.ways import HOME, Walk
+from hri_sim.soak.ways import Walk
 
 SAMPLE_S = 1.0
 """Time between two samples [s]."""
@@ -39,8 +40,6 @@ KILLS_SHARE = 0.5
 """Nodes are killed in this first share of the time alone, so that processes get old in the rest of it."""
 MOST_STARTS = 1_000
 """So often a node is started again: a soak kills them itself."""
-PERSON = "person"
-"""The node whose people begin anew when it is started again."""
 SCRIPT = "script"
 """Name of the script's own process."""
 FIGURES = ("tick_hz", "dropped", "lost_in_transport")
@@ -109,7 +108,7 @@ class SoakConductor(Conductor):
         self._speed = 0.0
         self._next_sample_s = 0.0
         self._number = self.not_finite = 0
-        self._node.create_subscription(JointState, "joint_states", self._on_joints, SENSOR)
+        self._node.poll_topic(JointState, "joint_states", self._on_joints, SENSOR)
         self._node.create_subscription(
             JointTrajectory,
             "joint_trajectory_controller/joint_trajectory",
@@ -165,8 +164,8 @@ class SoakConductor(Conductor):
         for label in ended(self._pids, pids):
             wanted = self._injector.died(label)
             self._log.write(DEATH, {"s": now_s, "node": label, "wanted": wanted})
-            if label == PERSON:
-                self._walk.place = HOME
+            if label == PERSON:  # whose people begin anew when it is started again
+                self._walk.home()
         self._pids = pids
         if now_s >= self._next_sample_s:
             self._next_sample_s = now_s + SAMPLE_S
@@ -238,9 +237,13 @@ class SoakConductor(Conductor):
                 "disturbed": disturbed,
             },
         )
-        over_ns = begin_ns + seconds_to_ns(reach.person_delay + 1.4 * reach.person_duration)
-        left_s = (over_ns - self.now_ns()) * 1e-9
-        self.spin_until(lambda: self.now_ns() >= over_ns, left_s + 30.0, "the person's rest")
+        self._wait_for_the_person()
+
+    def _take_back(self) -> bool:
+        begins = super()._take_back()
+        if begins:
+            self._walk.back()
+        return begins
 
     def _go_to(self, reach: ReachSpec) -> tuple[str, str]:
         """Send the robot to where a reach ends; how that ended, and why."""

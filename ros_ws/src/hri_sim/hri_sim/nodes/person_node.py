@@ -18,7 +18,7 @@ from hri_sim.people.capture import CapturedArm
 from hri_sim.people.person import SimulatedPerson
 from hri_sim.people.seeding import reach_generator, tracking_generator
 from hri_sim.people.tracking import SAMPLE_PERIOD_NS, TrackingModel
-from hri_sim.scenario.schema import Scenario
+from hri_sim.scenario.schema import BACK, Scenario
 from hri_sim.scenario.shipped import scenario_or_shipped
 
 MAX_CUE_S = 600.0
@@ -76,21 +76,22 @@ class PersonNode(HriNode):
             text = f"cue with a delay of {cue.delay} s and a duration of {cue.duration} s ignored"
             self.fault("cue", text)
             return
-        target = self._scenario.targets.get(cue.person_target)
-        if target is None:
-            known = ", ".join(self._scenario.targets)
-            self.fault("cue", f"cue names target {cue.person_target!r}; known are {known}")
-            return
         index = cue.reach if 0 <= cue.reach < len(self._scenario.reaches) else 0
         name = self._scenario.person_of(index).id
         person = self._people[name]
+        back = cue.person_target == BACK
+        target = person.came_from if back else self._scenario.targets.get(cue.person_target)
+        if target is None:
+            known = ", ".join((*self._scenario.targets, BACK))
+            self.fault("cue", f"cue names target {cue.person_target!r}; known are {known}")
+            return
         # The truth is worked out from all reaches that are kept: a tick must not take longer after a
         # thousand of them.
         person.forget_ended(self._captured.seconds(self.now_ns()) - KEPT_S)
         try:
             person.plan_reach(
                 target,
-                self._captured.seconds(to_ns(cue.header.stamp)) + cue.delay,
+                self._captured.seconds(to_ns(cue.header.stamp) or self.now_ns()) + cue.delay,
                 cue.duration,
                 reach_generator(self._seed, name, cue.reach),
             )

@@ -24,6 +24,7 @@ from hri_prediction.ros.tracked import TrackedList
 from hri_prediction.tracks.placement import Placement
 from hri_prediction.tracks.track import ArmSample
 from hri_sim.recording.playback import Player, Scheduled, ScheduledArm, load_playback
+from hri_sim.scenario.schema import BACK
 
 PERIOD_S = 0.004
 """How often the schedule is looked at [s]."""
@@ -141,8 +142,9 @@ class ReplayerNode(HriNode):
         if not (math.isfinite(cue.delay) and 0.0 <= cue.delay <= MAX_CUE_DELAY_S):
             self.fault("cue", f"cue with a delay of {cue.delay} s ignored")
             return
-        if cue.person_target:
-            self.player.start(to_ns(cue.header.stamp) + seconds_to_ns(cue.delay))
+        if cue.person_target and cue.person_target != BACK:
+            begin_ns = to_ns(cue.header.stamp) or self.now_ns()
+            self.player.start(begin_ns + seconds_to_ns(cue.delay))
 
     def on_tick(self, now_ns: int) -> None:
         """Publish what is due."""

@@ -19,11 +19,11 @@ from hri_prediction.ontology.cases import GROUP_NAMES
 from hri_prediction.ontology.classifier import InteractionClassifier
 from hri_prediction.ontology.cost_file import CaseCosts, LearntCosts
 from hri_prediction.ontology.costs import LENGTH_M
+from hri_prediction.ontology.cutting import segments_of
 from hri_prediction.ontology.features import COUNT
 from hri_prediction.ontology.movements import ARM_SPREAD, learn_costs, movements_of
 from hri_prediction.ontology.piirl import cosine
 from hri_prediction.ontology.verdict import verdict_on
-from hri_prediction.ontology.watch import segments_of
 from hri_prediction.tracks.importers.convert import HAND_M
 from hri_prediction.tracks.tables import one_number
 from hri_prediction.tracks.track import ArmTrack

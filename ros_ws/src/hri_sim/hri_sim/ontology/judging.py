@@ -64,6 +64,7 @@ class Judged:
         told: What came of the splits.
         sought: Known costs that were sought.
         live: How late cases are told; of no times when none was told, none when that was not measured.
+        live_cases: What the pairs did who were watched.
         shipped: What the classifier that ships makes of them; none where it has learnt them.
         options: What else was asked for.
         refused: Of each recording of which movements were refused, how many and why, a line each.
@@ -75,6 +76,7 @@ class Judged:
     told: figures.Told
     sought: Sequence[Found]
     live: dict[str, float | int] | None
+    live_cases: tuple[int, ...]
     shipped: Shipped | None
     options: dict[str, Any]
     refused: tuple[str, ...]
@@ -109,7 +111,7 @@ class Judged:
         if self.shipped is not None:
             text += self.shipped.lines(strangers=self.simulated)
         if self.live is not None:
-            text += live_lines(self.live)
+            text += live_lines(self.live, self.live_cases)
         return text + (cosine_lines(self.sought, self.where) if self.sought else [])
 
     def case_lines(self, folder: Path, prefix: str = "") -> list[str]:
@@ -201,7 +203,18 @@ def judge(
     learnt = simulated and seed == LEARNT_SEED
     shipped = None if learnt else judge_shipped(table)
     options = {"random halves": extent.repetitions, "cost": cost}
-    return Judged(where, simulated, table, told, sought, live, shipped, options, segments.refused)
+    return Judged(
+        where,
+        simulated,
+        table,
+        told,
+        sought,
+        live,
+        extent.live_cases,
+        shipped,
+        options,
+        segments.refused,
+    )
 
 
 def overall_words(found: dict[str, Any]) -> list[str]:

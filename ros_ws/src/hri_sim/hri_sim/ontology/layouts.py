@@ -7,8 +7,9 @@ give way to nobody:
 - a motion goes over an action space when forearm or hand do, seen from above;
 - motions cross when forearms or hands come to the same place while both are on their way.
 
-Between "is there" and "is not there" is room, so that a case is the same when people sit a little
-otherwise. Layouts are found by minimising what the edges lack, from random beginnings, or from another
+Between "is there" and "is not there" is room, where an edge is neither: when people sit a little otherwise,
+edges of a case seldom become those of another one, but often neither (the report on jitter counts both).
+Layouts are found by minimising what the edges lack, from random beginnings, or from another
 layout, so that cases of a group of the reduced ontology look as alike as their edges allow.
 """
 

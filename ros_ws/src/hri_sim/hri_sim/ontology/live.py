@@ -61,7 +61,8 @@ class LiveFigures:
             last instants smoothed by what there were), as it looked by then [ms].
         lacking_ms: For how long before the end not all of both arms had been seen by then [ms]; 0: for less
             than an instant.
-        known_ms: The same until what was told is what is told of the whole movement in the end [ms].
+        known_ms: The same until what was told is what is told of the whole movement in the end, and at all
+            times in between [ms].
         complete_ms: From the end of each until it was certain that it was over, and told [ms].
         computed_ms: From the newest sample to that message [ms].
         same: Share whose case, as it looked within 50 ms after the end, was that of the whole movement.
@@ -114,7 +115,11 @@ def figures_of(heard: Sequence[Heard]) -> LiveFigures:
         case.append((later[0].at_ns - told.end_ns) / 1e6)
         hidden_ns = told.end_ns - later[0].instant_ns
         lacking.append(hidden_ns / 1e6 if hidden_ns >= STEP_NS else 0.0)
-        settled_ns = next(one.at_ns for one in later if one.number == told.number)
+        settled_ns = told.at_ns
+        for one in reversed(later):
+            if one.number != told.number:
+                break
+            settled_ns = one.at_ns
         known.append((settled_ns - told.end_ns) / 1e6)
         soon = [one.number for one in later if one.at_ns - told.end_ns <= WANTED_MS * 1e6]
         same.append(bool(soon) and soon[-1] == told.number)
@@ -156,14 +161,19 @@ def live_summary(found: LiveFigures) -> dict[str, float | int]:
     return told
 
 
-def live_lines(told: dict[str, float | int]) -> list[str]:
-    """The part of a report that says how late cases are told."""
+def live_lines(told: dict[str, float | int], cases: Sequence[int] = ()) -> list[str]:
+    """The part of a report that says how late cases are told.
+
+    Args:
+        told: As :func:`live_summary`.
+        cases: What the pairs did, one each.
+    """
     if not told.get("movements"):
         refused = f"; {told['refused']} were refused, with a reason" if told.get("refused") else ""
         return ["### Live\n", f"Of no movement a case was told{refused}.\n"]
     names = {
         "case": "the end of a movement, to its case by what was seen until its end",
-        "known": "the end of a movement, to the case that is told of it in the end",
+        "known": "the end of a movement, to the case that is told of it from then on",
         "complete": "the end of a movement, to its being over for certain, and told",
         "computed": "the newest sample, to that message",
     }
@@ -177,11 +187,14 @@ def live_lines(told: dict[str, float | int]) -> list[str]:
         f"{100 * told[key]:.0f} %"
         for key in ("same_within_50_ms", "recognised", "class_recognised")
     )
+    pairs = f" ({len(cases)} pairs, opposite each other, of cases " if len(cases) > 1 else " (case "
+    of = pairs + ", ".join(map(str, cases)) + ")" if cases else ""
     text = [
         "### Live\n",
-        f"{told['movements']} movements of a dyad process at 250 Hz, watched by a monitor process that is "
-        f"held to one core; movements that were refused, with a reason: {told['refused']}. Wanted: a case "
-        f"within {WANTED_MS:g} ms of the end: of "
+        f"{told['movements']} movements of a dyad process{of} at 250 Hz, with the noise and drop-outs of "
+        "tracking (2 mm), of which recordings here have 0.5 mm and none, watched by a monitor process that "
+        f"is held to one core; movements that were refused, with a reason: {told['refused']}. Wanted: a "
+        f"case within {WANTED_MS:g} ms of the end: of "
         f"{100 * told['told_within_50_ms']:.1f} % of them, "
         f"{'met' if told['case_most'] <= WANTED_MS else '**missed**'}. {hidden}"
         f"{same} were by then taken for what is told in the end. That was "

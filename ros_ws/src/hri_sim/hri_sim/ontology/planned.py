@@ -255,9 +255,21 @@ def _cross_lines(ways: Sequence[Way], cases: Sequence[str], weight: float) -> li
         "| planned with | " + " | ".join(f"costs of {case}" for case in cases) + " |",
         "| --- |" + " --- |" * len(cases),
     ]
-    for case, row in zip(cases, crossed(ways, cases, weight), strict=True):
+    table = crossed(ways, cases, weight)
+    for case, row in zip(cases, table, strict=True):
         text.append(f"| {case} | " + " | ".join(f"{value:+.1f} %" for value in row) + " |")
-    return [*text, ""]
+    return [*text, "", _whose_does_most(table, cases)]
+
+
+def _whose_does_most(table: FloatArray, cases: Sequence[str]) -> str:
+    """In words, of a table of :func:`crossed`."""
+    most = [cases[row] for row in np.argmin(table, axis=0)]
+    own = sum(one == case for one, case in zip(most, cases, strict=True))
+    words = ", ".join(f"those of {case} by {one}" for one, case in zip(most, cases, strict=True))
+    return (
+        f"A case's own costs lower these costs most of all in {own} of {len(cases)} cases: {words}. Where "
+        "it is another case's, a name chooses how much the robot keeps away, more than from what.\n"
+    )
 
 
 def draw_ways(path: Path, ways: Sequence[Way], cases: Sequence[str], weight: float) -> None:

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from hri_prediction.config import parameter, validate
 from hri_prediction.errors import ConfigError
 from hri_prediction.ontology.cases import REDUCED, cases, find_case
+from hri_prediction.ontology.cutting import segments_of
 from hri_prediction.ontology.table import SegmentTable, table_of
-from hri_prediction.ontology.watch import segments_of
 from hri_prediction.tracks.track import ArmTrack
 from hri_sim.dyads.arms import SeatedArm
 from hri_sim.dyads.drawing import PersonFactors, draw_person

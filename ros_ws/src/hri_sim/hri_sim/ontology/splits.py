@@ -16,6 +16,7 @@ import numpy as np
 
 from hri_prediction.compiled import processor
 from hri_prediction.errors import DataError
+from hri_prediction.files.whole import write_whole
 from hri_prediction.ontology.classifier import COST
 from hri_prediction.ontology.evaluation import (
     FULL,
@@ -115,8 +116,9 @@ def _load(path: str) -> SegmentTable:
 
 def do_split(path: str, split: Split) -> tuple[Split, dict[str, Any]]:
     """A split of the table in a file; called in a process of its own."""
+    table = _load(path)
     try:
-        return split, _done(_load(path), split)
+        return split, _done(table, split)
     except DataError as error:  # small recordings do not allow all splits
         return split, {LEFT_OUT: str(error)}
 
@@ -163,8 +165,7 @@ def do_splits(
     folder = keep / f"splits_{mark}"
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / "segments.npz"
-    if not file.exists():
-        table.save(file)
+    write_whole({file: table.save})  # whatever an earlier run left there
     found = {split: kept for split in splits if (kept := _read(_file(folder, split))) is not None}
     progress(len(found), len(splits))
     missing = [split for split in splits if split not in found]

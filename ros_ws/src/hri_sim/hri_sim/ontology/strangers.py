@@ -47,11 +47,12 @@ class Shipped:
         """The part of a report on it.
 
         Args:
-            strangers: Whether it is known to have learnt none of these people.
+            strangers: Whether it is known to have learnt none of these people, and their table.
         """
         what = (
-            ", and none of the people, places and recordings here: what a monitor does for two people whom "
-            "it does not know"
+            ", and none of the people and recordings here: what a monitor does for two people whom it does "
+            "not know, at a table that it knows, but for how far its places are moved from one recording "
+            "to the next"
         )
         rows = [
             f"| {name} | {100 * one.overall:.1f} % | {100 * float(np.nanmean(one.rates)):.1f} % | "

@@ -38,6 +38,12 @@ class SimulatedPerson:
         """When the last planned reach ends [s]; minus infinity before the first."""
         return self._motions[-1].end_s if self._motions else -math.inf
 
+    @property
+    def came_from(self) -> FloatArray:
+        """Hand tip before the last planned reach (3,) [m]; where it rests, before the first."""
+        last = self._motions[-1] if self._motions else None
+        return last.sample(last.start_s)[0] if last else self._home
+
     def plan_reach(
         self,
         target: ArrayLike,

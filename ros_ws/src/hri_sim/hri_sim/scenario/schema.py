@@ -28,6 +28,10 @@ Posture = tuple[Finite, Finite, Finite, Finite, Finite, Finite, Finite]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
 
 
+BACK = "(back)"
+"""In a cue, where the hand was before its last movement; no target can be called that."""
+
+
 class _Model(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 

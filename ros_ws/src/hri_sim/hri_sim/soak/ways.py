@@ -46,15 +46,23 @@ class Walk:
     def __init__(self, scenario: Scenario, rng: np.random.Generator) -> None:
         self._reaches = scenario.reaches
         self._rng = rng
-        self.place = HOME
+        self._before = self.place = HOME
 
     def next(self) -> ReachSpec:
         """The next reach; the hand is at its target afterwards."""
         ends = (HOME, *TOUR)
         ways = [index for index in range(len(TOUR)) if ends[index] == self.place]
         index = ways[int(self._rng.integers(len(ways)))]
-        self.place = TOUR[index]
+        self._before, self.place = self.place, TOUR[index]
         return self._reaches[index]
+
+    def home(self) -> None:
+        """The hand is where it was in the beginning."""
+        self._before = self.place = HOME
+
+    def back(self) -> None:
+        """The hand goes back to where it was before the last reach."""
+        self.place = self._before
 
     def other(self, reach: ReachSpec) -> ReachSpec:
         """A reach to another place."""

@@ -211,8 +211,10 @@ def guess_mapping(data: MarkerData, side: str = "", subject: str = "") -> Mappin
             if arm is not None:
                 arms.setdefault(person, {})[arm_side] = arm
     if len(arms) > 1:
+        none = f", and {subject} is none of them" if subject else ""
         raise DataError(
-            f"{len(arms)} people have an arm: {', '.join(arms)}", hint="choose one with --subject"
+            f"{len(arms)} people have an arm: {', '.join(arms)}{none}",
+            hint="choose one with --subject",
         )
     if not arms:
         lacking = f"; {', '.join(dict.fromkeys(unseen))} never seen" if unseen else ""

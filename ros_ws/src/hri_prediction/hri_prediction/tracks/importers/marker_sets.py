@@ -82,7 +82,8 @@ MARKER_SETS = (
         _TIPS_OF_SKELETONS,
         skeleton=True,
     ),
-    # Markers.
+    # Markers, and bones that are called like no marker.
+    MarkerSet("OptiTrack bones", ("{s}uarm",), ("{s}farm",), ("{s}hand",), ()),
     MarkerSet(
         "Plug-in Gait",
         ("{s}sho",),
@@ -158,7 +159,7 @@ def plain(name: str) -> str:
 BODY_HEIGHTS = {
     1.65: ("{s}fhd", "{s}bhd", "head", "headtop", "tophead", "topofhead", "{s}fronthead"),
     1.45: ("c7", "t1", "clav", "neck", "{s}sho", "{s}shoulder", "{s}ac", "{s}acr", "acrotip"),
-    1.30: ("strn", "ster", "sternum", "{s}ster", "ster{s}"),
+    1.30: ("strn", "ster", "sternum", "{s}ster", "ster{s}", "chest"),
     1.15: ("t10", "xiph"),
     1.00: (
         "{s}asi",
@@ -168,6 +169,7 @@ BODY_HEIGHTS = {
         "asis{s}",
         "psis{s}",
         "sacr",
+        "hip",
         "hips",
         "pelvis",
     ),
