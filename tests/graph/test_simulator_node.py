@@ -14,6 +14,9 @@ from builtin_interfaces.msg import Duration
 from motions import joints
 from rclpy.context import Context
 from rclpy.experimental.events_executor import EventsExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from std_msgs.msg import Float64
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from hri_planner.robot.model import load_robot
@@ -198,8 +201,6 @@ class Counter(HriNode):
 @pytest.mark.alone
 def test_clock_drives_a_node_with_use_sim_time() -> None:
     """Twice real time: 2 s of wall clock are 4 s of the node's. A busy machine must still keep up."""
-    from rclpy.parameter import Parameter
-
     context = Context()
     rclpy.init(context=context, domain_id=own_domain())
     clock = SimulatorNode(
@@ -232,6 +233,56 @@ def test_clock_drives_a_node_with_use_sim_time() -> None:
     assert ticks[-1] - ticks[0] == pytest.approx(passed, abs=0.5)
     assert len(ticks) == pytest.approx(passed / 0.02, rel=0.1)
     print(f"{passed:.2f} s of /clock in {wall:.2f} s, {len(ticks)} ticks")
+
+
+class Hearing(SimulatorNode):
+    """Notes how long before a tick each heartbeat came, and what it said."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        self.heard: list[tuple[float, float]] = []
+        super().__init__(**kwargs)
+
+    def _on_command(self, message: Any, receipt_ns: int) -> None:
+        self.heard.append(((self.tick_ns - receipt_ns) * 1e-9, message.data))
+        super()._on_command(message, receipt_ns)
+
+
+@pytest.mark.alone
+@pytest.mark.parametrize("factor", [1.0, 10.0])
+def test_when_a_command_came_is_told_by_the_clock_of_the_simulation(factor: float) -> None:
+    """A tick that comes 0.2 s late, ten times as fast: 2 s of the simulation."""
+    context = Context()
+    rclpy.init(context=context, domain_id=own_domain())
+    node = Hearing(
+        context=context,
+        parameter_overrides=[
+            Parameter("publish_clock", value=True),
+            Parameter("realtime_factor", value=factor),
+        ],
+    )
+    sender = Node("sender", context=context)
+    publisher = sender.create_publisher(Float64, "separation/speed_scale", reliable(10))
+    executor = EventsExecutor(context=context)
+    executor.add_node(node)
+    try:
+        end = time.monotonic() + 10.0
+        while not publisher.get_subscription_count() and time.monotonic() < end:
+            executor.spin_once(timeout_sec=0.01)
+        node.heard.clear()
+        for scale in (0.1, 0.2, 0.3):
+            publisher.publish(Float64(data=scale))
+            time.sleep(0.1)
+        end = time.monotonic() + 1.0
+        while len(node.heard) < 3 and time.monotonic() < end:
+            executor.spin_once(timeout_sec=0.01)
+    finally:
+        executor.shutdown()
+        node.destroy_node()
+        sender.destroy_node()
+        rclpy.try_shutdown(context=context)
+    ages, scales = zip(*node.heard, strict=True)
+    assert scales == (0.1, 0.2, 0.3)
+    assert np.diff(ages) == pytest.approx(-0.1 * factor, rel=0.2)
 
 
 def test_how_fast_the_robot_comes_at_somebody_is_told(

@@ -102,23 +102,25 @@ def test_a_simulator_that_falls_behind(
 ) -> None:
     """It catches up after a short stall; after a long one simulated time slips against the clock.
 
-    Whoever moved on meanwhile finds the robot at rest then: here the planner has stopped it.
+    Whoever moved on meanwhile has stopped the robot: here the planner has, when joint states were 0.1 s old.
+    It is at rest by the time that a robot is which hears that at once.
     """
     monkeypatch.setitem(scenes.NODES, "simulator", Stalling)
     graph = make_graph()
     graph.run(0.4)
     handle = start_reach(graph, scenario)
     run_into_motion(graph, 0.6)
-    goes_on_s = graph.now_s + stall_s
-    monkeypatch.setattr(Stalling, "stall_s", (graph.now_s, goes_on_s))
+    stalled_s = graph.now_s
+    monkeypatch.setattr(Stalling, "stall_s", (stalled_s, stalled_s + stall_s))
     assert finish(graph, handle).outcome == ReachTarget.Result.REACHED
     slipped = any("ran ahead" in fault for fault in graph.nodes["simulator"].faults)
     assert slipped == slips
     references = graph.messages("/joint_trajectory_controller/reference")
     assert max(m.max_handover_jump for m in references) < 1e-3
     assert largest_reference_step(graph) < 0.02
-    newest = next(m for m in references if to_ns(m.header.stamp) * 1e-9 >= goes_on_s)
-    assert np.abs(newest.reference_velocity).max() < 1e-6
+    rests_s = stalled_s + 0.1 + 2 * 0.004 + 0.07  # told with the planner's next tick, then the ramp
+    then = next(m for m in references if to_ns(m.header.stamp) * 1e-9 >= rests_s)
+    assert np.abs(then.reference_velocity).max() < 1e-6
 
 
 class Frozen(Stalling):
@@ -154,6 +156,36 @@ def test_a_frozen_simulator_makes_up_for_half_a_second_at_the_end_of_which_the_r
     references = graph.messages("/joint_trajectory_controller/reference")
     newest = next(m for m in references if to_ns(m.header.stamp) * 1e-9 >= goes_on_s)
     assert np.abs(newest.reference_velocity).max() < 1e-6
+
+
+@pytest.mark.parametrize("stall_s", [0.06, 0.3])
+def test_a_simulator_that_was_late_hears_each_command_when_it_came(
+    make_graph: Callable[..., Graph],
+    scenario: Scenario,
+    monkeypatch: pytest.MonkeyPatch,
+    stall_s: float,
+) -> None:
+    """Heartbeats and plans went on all the while: there is no reason to stop in what is made up for."""
+    monkeypatch.setitem(scenes.NODES, "simulator", Stalling)
+    graph = make_graph(
+        parameters={
+            "simulator": {"heartbeat_timeout": 0.032},
+            "ptomp": {"max_joint_age": 1.0},  # so that it goes on, though the robot says nothing
+        }
+    )
+    graph.run(0.4)
+    handle = start_reach(graph, scenario)
+    run_into_motion(graph, 0.6)
+    stalled_s = graph.now_s
+    monkeypatch.setattr(Stalling, "stall_s", (stalled_s, stalled_s + stall_s))
+    assert finish(graph, handle).outcome == ReachTarget.Result.REACHED
+    references = graph.messages("/joint_trajectory_controller/reference")
+    caught_up = [
+        m for m in references if stalled_s < to_ns(m.header.stamp) * 1e-9 <= stalled_s + stall_s
+    ]
+    assert len(caught_up) == round(stall_s / 0.004)
+    assert {m.reason for m in caught_up} == {""}
+    assert min(m.speed_scale for m in caught_up) > 0.99
 
 
 class Overloaded(PtompNode):

@@ -175,21 +175,24 @@ class HriNode(PollingNode):
         self,
         message_type: Any,
         topic: str,
-        handler: Handler,
+        handler: Callable[..., None],
         qos: QoSProfile,
         *,
         command: bool = False,
+        timed: bool = False,
     ) -> None:
         """Subscribe; ``handler`` is called on the next tick, not on arrival.
 
         The order on the tick is by (stamp in the header, topic); messages without a header count as
         stamped at the tick, and so do commands, whose stamp says when they are to take effect: a later
         command takes the place of an earlier one. Of more messages than the depth of ``qos`` between two
-        ticks the oldest are dropped, and counted on /diagnostics.
+        ticks the oldest are dropped, and counted on /diagnostics. With ``timed`` the handler also takes
+        when the message came [ns]: by the node's time, and in lock-step that of the tick before.
         """
         resolved = self.resolve_topic_name(topic)
         self.received[resolved] = 0
-        keep = self._inbox.open(resolved, qos.depth, handler)
+        take: Handler = (lambda told: handler(*told)) if timed else handler
+        keep = self._inbox.open(resolved, qos.depth, take)
         stamped = not command and "header" in message_type.get_fields_and_field_types()
         flow = Flow(delays=stamped and qos.durability != LATCHED.durability)
         self._diagnostics.listened(resolved, flow, qos.reliability)
@@ -197,10 +200,12 @@ class HriNode(PollingNode):
 
         def store(message: Any, info: dict[str, Any] | None = None) -> None:
             stamp_ns = to_ns(message.header.stamp) if stamped else 0
-            if keep(stamp_ns if stamped else sys.maxsize, message):
+            wall_ns = info["received_timestamp"] if info else 0
+            came_ns = receipt_ns(wall_ns or time.time_ns())
+            told = (message, came_ns) if timed else message
+            if keep(stamp_ns if stamped else sys.maxsize, told):
                 received[resolved] += 1
-                wall_ns = info["received_timestamp"] if info else 0
-                note(receipt_ns(wall_ns or time.time_ns()), stamp_ns)
+                note(came_ns, stamp_ns)
 
         if not self.lockstep:
             qos = copy.copy(qos)
@@ -250,8 +255,7 @@ class HriNode(PollingNode):
         self._ahead_ns = self.tick_ns - time.time_ns()
         self.take()
         self._inbox.hand_over()
-        self._asked_s = time.perf_counter()  # before the time is read: a hold-up in between counts
-        now = self.now_ns()
+        now = self.read_clock()
         self.on_tick(now)
         self._worked_s = time.perf_counter()
         self._diagnostics.ticked(self._worked_s - start, self.period_s)
@@ -277,6 +281,11 @@ class HriNode(PollingNode):
     def on_tick(self, now_ns: int) -> None:
         """Compute and publish; called once a tick, after the message handlers."""
         raise NotImplementedError
+
+    def read_clock(self) -> int:
+        """The node's time [ns], from which :meth:`held_s` counts."""
+        self._asked_s = time.perf_counter()  # before the time is read: a hold-up in between counts
+        return self.now_ns()
 
     def held_s(self) -> float:
         """How long ago the time was read that this tick computes with, by a steady clock [s].

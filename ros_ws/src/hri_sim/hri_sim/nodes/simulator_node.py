@@ -38,9 +38,10 @@ PERIOD_S = 0.004
 NOBODY = 1e9
 """Clearance when nobody is in the scene [m]."""
 MAX_CATCH_UP = 125
-"""Periods that a late tick makes up for; beyond, simulated time slips and a fault is noted. In as long a
-robot comes to rest whose controller hears nothing, with `command_timeout` and `ramp_down` as launched (0.1
-and 0.07 s): like a real one it stands when heard again."""
+"""Periods that a late tick makes up for, with as many commands of a kind; beyond, simulated time slips
+and a fault is noted. In as long a robot comes to rest whose controller hears nothing, with
+`command_timeout` and `ramp_down` as launched (0.1 and 0.07 s): like a real one it stands when heard again.
+"""
 _STATES = {
     IDLE: ControllerState.IDLE,
     TRACKING: ControllerState.TRACKING,
@@ -89,6 +90,8 @@ class SimulatorNode(HriNode):
         self._rejected = 0
         # Stamp of the active trajectory as its sender knows it, also after simulated time slipped.
         self._active_ns = 0
+        # With when each came [ns]: a tick that is late gives the controller each then.
+        self._commands: list[tuple[int, JointTrajectoryMessage | Float64]] = []
         self._wall_base_s = time.monotonic()
         warm_simulation()
         self._load(scenario_or_shipped(config.scenario), self.now_ns())
@@ -124,12 +127,14 @@ class SimulatorNode(HriNode):
         self.listen(
             JointTrajectoryMessage,
             "joint_trajectory_controller/joint_trajectory",
-            self._on_trajectory,
-            reliable(1),
+            self._on_command,
+            reliable(MAX_CATCH_UP),
             # Stamped with the time of its first point, or not at all when it asks for a stop.
             command=True,
+            timed=True,
         )
-        self.listen(Float64, "separation/speed_scale", self._on_speed_scale, reliable(10))
+        scale = "separation/speed_scale"
+        self.listen(Float64, scale, self._on_command, reliable(MAX_CATCH_UP), timed=True)
         for person in self._simulation.scenario.persons:
             self.listen(HumanArm, f"sim/bodies/{person.id}/arm", self._on_arm, SENSOR)
         self.serve(Reset, "~/reset", self._on_reset)
@@ -156,12 +161,36 @@ class SimulatorNode(HriNode):
             return seconds_to_ns(1.0 + elapsed * self._config.realtime_factor)
         return super().now_ns()
 
+    def _receipt_ns(self, wall_ns: int) -> int:
+        """The node's time at a time of the wall clock, also where its clock has another speed."""
+        receipt_ns = super()._receipt_ns(wall_ns)
+        if not self._config_publishes_clock():
+            return receipt_ns
+        return self.tick_ns + round((receipt_ns - self.tick_ns) * self._config.realtime_factor)
+
     def _config_publishes_clock(self) -> bool:
         config = getattr(self, "_config", None)
         return bool(config is not None and config.publish_clock and not self.lockstep)
 
     # ------------------------------------------------------------------ inputs
-    def _on_trajectory(self, message: JointTrajectoryMessage) -> None:
+    def _on_command(self, message: JointTrajectoryMessage | Float64, receipt_ns: int) -> None:
+        self._commands.append((receipt_ns, message))
+
+    def _obey(self, until_ns: int | None = None) -> None:
+        """Give the controller the commands that had come by a time [ns]; without one, all.
+
+        Of several trajectories the last alone counts, as it takes the place of those before at once.
+        """
+        due = [item for item in self._commands if until_ns is None or item[0] <= until_ns]
+        del self._commands[: len(due)]
+        trajectories = [one for _, one in due if isinstance(one, JointTrajectoryMessage)]
+        for _, message in due:
+            if isinstance(message, Float64):
+                self._scale(message.data)
+            elif message is trajectories[-1]:
+                self._follow(message)
+
+    def _follow(self, message: JointTrajectoryMessage) -> None:
         try:
             trajectory = _trajectory(message)
             ros_ns = trajectory.stamp_ns or self._base_ns + self._simulation.time_ns
@@ -181,9 +210,9 @@ class SimulatorNode(HriNode):
             self._simulation.controller.rejection = str(error)
             self.fault("trajectory", f"trajectory refused: {error}")
 
-    def _on_speed_scale(self, message: Float64) -> None:
+    def _scale(self, scale: float) -> None:
         try:
-            self._simulation.controller.chain.command(message.data, self._simulation.time_ns)
+            self._simulation.controller.chain.command(scale, self._simulation.time_ns)
         except DataError as error:
             self.fault("speed_scale", str(error))
 
@@ -218,8 +247,13 @@ class SimulatorNode(HriNode):
 
     # ------------------------------------------------------------------ work
     def on_tick(self, now_ns: int) -> None:
-        """Bring the simulation to ``now_ns`` and publish once for every period passed."""
+        """Bring the simulation to ``now_ns`` and publish once for every period passed.
+
+        A real controller is not late where this node is: in the periods that are made up for it hears
+        each command when that came, so that heartbeats go on in them.
+        """
         start = time.perf_counter()
+        self._commands.sort(key=lambda item: item[0])
         period = seconds_to_ns(PERIOD_S)
         if not self._begun:
             # Start-up takes its time; simulated time begins with the first tick.
@@ -235,23 +269,30 @@ class SimulatorNode(HriNode):
                 "slip",
                 f"the clock {what} by {abs(due) * PERIOD_S:.3f} s; {besides}simulated time goes on",
             )
-            self._advance(made_up)
+            self._make_up(made_up)
             self._rebase(now_ns - period)
-            self._advance(1)
             due = made_up + 1
         else:
-            self._advance(due)
+            self._make_up(due - 1)
         if due:
+            # All of them, whatever they say of when they came: the clock may have been set.
+            self._obey()
+            self._advance()
             self._busy_s.append((time.perf_counter() - start) / due)
 
-    def _advance(self, periods: int) -> None:
-        period = seconds_to_ns(PERIOD_S)
+    def _make_up(self, periods: int) -> None:
         for _ in range(periods):
-            stamp_ns = self._base_ns + self._simulation.time_ns + period
-            for name, timeline in self._arms.timelines.items():
-                self._simulation.set_arm(name, timeline.at(stamp_ns))
-            self._simulation.step(period // STEP_NS)
-            self._publish(stamp_ns)
+            self._obey(self._base_ns + self._simulation.time_ns + seconds_to_ns(PERIOD_S))
+            self._advance()
+
+    def _advance(self) -> None:
+        """Simulate one period and say what there is at its end."""
+        period = seconds_to_ns(PERIOD_S)
+        stamp_ns = self._base_ns + self._simulation.time_ns + period
+        for name, timeline in self._arms.timelines.items():
+            self._simulation.set_arm(name, timeline.at(stamp_ns))
+        self._simulation.step(period // STEP_NS)
+        self._publish(stamp_ns)
 
     def _publish(self, stamp_ns: int) -> None:
         simulation = self._simulation
