@@ -96,7 +96,7 @@ def test_what_was_held_up_while_it_was_said_is_followed_by_what_holds_now(
 def test_what_is_said_anew_is_of_what_the_clock_says_then(
     graph_with_monitor: Graph, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Nothing was heard for as long as it was held up: of 0.3 s without joint states nobody lets a robot go."""
+    """Nothing was heard while it was held up: after 0.3 s without joint states no robot goes on."""
     graph = graph_with_monitor
     graph.run_until(lambda: scales(graph)[-1] > 0.0, 2.0)
     node = graph.nodes["separation_monitor"]

@@ -102,7 +102,7 @@ def test_a_simulator_that_falls_behind(
 ) -> None:
     """It catches up after a short stall; after a long one simulated time slips against the clock.
 
-    Whoever moved on meanwhile has stopped the robot: here the planner has, when joint states were 0.1 s old.
+    Whoever moved on meanwhile has stopped the robot: here the planner, once joint states were 0.1 s old.
     It is at rest by the time that a robot is which hears that at once.
     """
     monkeypatch.setitem(scenes.NODES, "simulator", Stalling)
