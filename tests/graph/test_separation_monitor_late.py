@@ -62,57 +62,6 @@ def test_what_was_decided_too_long_ago_is_not_said(
         assert "held up" in newest.reason
 
 
-@pytest.mark.parametrize(
-    ("held_s", "said"),
-    [
-        ((0.0, 0.0041, 0.0041, 0.0, 0.0), 2),  # what holds then is said in time
-        ((0.0, 0.0041, 0.0041, 0.0, 0.0041), 3),  # held up once more: 0 is the last word
-    ],
-)
-def test_what_was_held_up_while_it_was_said_is_followed_by_what_holds_now(
-    graph_with_monitor: Graph,
-    monkeypatch: pytest.MonkeyPatch,
-    held_s: tuple[float, ...],
-    said: int,
-) -> None:
-    """At once, so that the robot need not stop for what took a moment too long."""
-    graph = graph_with_monitor
-    graph.run_until(lambda: scales(graph)[-1] > 0.0, 2.0)
-    node = graph.nodes["separation_monitor"]
-    before, unsaid = len(scales(graph)), node.health()[2]["unsaid"]
-    looks = iter(held_s)
-    monkeypatch.setattr(node, "held_s", lambda: next(looks, held_s[-1]))
-    graph.run(PERIOD_S)
-    new = scales(graph)[before:]
-    assert len(new) == said
-    assert node.health()[2]["unsaid"] - unsaid == 1
-    stopped = said == 3
-    assert new[:2] == [new[0]] * 2
-    assert (new[-1] == 0.0) == stopped
-    assert any("held up" in text for text in node.faults) == stopped
-    assert (graph.messages(STATUS)[-1].state == SeparationStatus.STOPPED) == stopped
-
-
-def test_what_is_said_anew_is_of_what_the_clock_says_then(
-    graph_with_monitor: Graph, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Nothing was heard while it was held up: after 0.3 s without joint states no robot goes on."""
-    graph = graph_with_monitor
-    graph.run_until(lambda: scales(graph)[-1] > 0.0, 2.0)
-    node = graph.nodes["separation_monitor"]
-    before = len(scales(graph))
-    looks = iter((0.0, 0.3, 0.3, 0.0, 0.0))
-    monkeypatch.setattr(node, "held_s", lambda: next(looks, 0.0))
-    later_ns = seconds_to_ns(graph.now_s + PERIOD_S + 0.3)
-    times = iter((seconds_to_ns(graph.now_s + PERIOD_S), later_ns))
-    monkeypatch.setattr(node, "read_clock", lambda: next(times, later_ns))
-    graph.run(PERIOD_S)
-    assert [scale > 0.0 for scale in scales(graph)[before:]] == [True, False]
-    newest = graph.messages(STATUS)[-1]
-    assert newest.state == SeparationStatus.STOPPED
-    assert newest.reason == "/joint_states have stopped"
-
-
 def test_a_monitor_that_is_always_held_up_stops_the_robot(
     graph_with_monitor: Graph, scenario: Scenario, monkeypatch: pytest.MonkeyPatch
 ) -> None:

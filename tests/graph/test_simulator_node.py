@@ -24,9 +24,10 @@ from hri_prediction.errors import ConfigError
 from hri_prediction.ros.messages import ControllerState, Reset
 from hri_prediction.ros.node import HriNode
 from hri_prediction.ros.qos import reliable
-from hri_prediction.ros.time import to_time
+from hri_prediction.ros.time import to_ns, to_time
 from hri_sim.nodes.simulator_node import SimulatorNode
 from hri_sim.scenario.schema import Scenario
+from hri_sim.simulator.stopchain import NO_HEARTBEAT
 from hri_sim.testing import Graph, node_factory
 from hri_sim.testing.domain import own_domain
 
@@ -96,6 +97,32 @@ def test_joints_in_another_order(simulator: Graph) -> None:
     send(simulator, message)
     simulator.run(1.5)
     assert np.abs(joints(simulator)[1][-1] - goal).max() < 1e-3
+
+
+def test_a_stop_counts_though_the_plan_after_it_is_refused(simulator: Graph) -> None:
+    """Both come between two ticks."""
+    start = joints(simulator)[1][-1]
+    send(simulator, ramp(simulator, start + 0.3, 1.0))
+    simulator.run(0.5)
+    moving = joints(simulator)[1][-1]
+    refused = ramp(simulator, start + 0.3, 1.0)
+    refused.points[1].positions = np.full(7, np.nan)
+    send(simulator, JointTrajectory(joint_names=list(load_robot().joint_names)))
+    send(simulator, refused)
+    simulator.run(0.5)
+    assert np.abs(moving - start).max() > 0.02
+    assert np.abs(joints(simulator)[1][-1] - moving).max() < 0.05
+    newest = simulator.messages("/joint_trajectory_controller/reference")[-1]
+    assert newest.state == ControllerState.IDLE
+
+
+def test_what_waits_for_a_tick_is_forgotten_with_a_reset(simulator: Graph) -> None:
+    node = simulator.nodes["simulator"]
+    node._on_command(ramp(simulator, joints(simulator)[1][-1] + 0.3, 1.0), 0)
+    assert node._on_reset(Reset.Request(), Reset.Response()).success
+    simulator.run(0.5)
+    newest = simulator.messages("/joint_trajectory_controller/reference")[-1]
+    assert newest.state == ControllerState.IDLE
 
 
 def _other_names(message: JointTrajectory) -> None:
@@ -187,6 +214,50 @@ def test_publish_clock_excludes_following_it() -> None:
         Graph([factory])
 
 
+class Stalling(SimulatorNode):
+    """A simulator that hears, but does not simulate for a while."""
+
+    stalled = False
+
+    def on_tick(self, now_ns: int) -> None:
+        if not self.stalled:
+            super().on_tick(now_ns)
+
+
+@pytest.mark.parametrize(
+    ("died_s", "reason"), [(0.6, NO_HEARTBEAT), (1.0, "")], ids=["long ago", "just now"]
+)
+def test_heartbeats_of_a_time_that_is_not_made_up_for(died_s: float, reason: str) -> None:
+    """Of a second half is made up for. Who sent them is gone when simulated time goes on, or was not."""
+    parameters = {"command_timeout": 10.0, "heartbeat_timeout": 0.032}
+    with Graph([node_factory(Stalling, parameters=parameters)]) as graph:
+        node = graph.nodes["simulator"]
+        assert isinstance(node, Stalling)
+
+        def beat(seconds: float) -> None:
+            for _ in range(round(seconds / 0.008)):
+                graph.publish(Float64, "separation/speed_scale", Float64(data=1.0), reliable(1))
+                graph.run(0.008)
+
+        beat(0.1)
+        send(graph, ramp(graph, joints(graph)[1][-1] + 0.3, 4.0))
+        beat(0.4)
+        stalled_s = graph.now_s
+        node.stalled = True
+        beat(died_s)
+        graph.run(1.0 - died_s)
+        node.stalled = False
+        graph.run(0.004)
+        references = graph.messages("/joint_trajectory_controller/reference")
+    reasons = {
+        round(to_ns(m.header.stamp) * 1e-9 - stalled_s, 3): (m.reason, m.state) for m in references
+    }
+    made_up = {said for after_s, said in reasons.items() if 0.0 < after_s <= 0.5}
+    assert made_up == {("", ControllerState.TRACKING)}
+    assert max(reasons) == pytest.approx(1.004)
+    assert reasons[max(reasons)][0] == reason
+
+
 class Counter(HriNode):
     """Notes the times of its ticks."""
 
@@ -250,7 +321,7 @@ class Hearing(SimulatorNode):
 @pytest.mark.alone
 @pytest.mark.parametrize("factor", [1.0, 10.0])
 def test_when_a_command_came_is_told_by_the_clock_of_the_simulation(factor: float) -> None:
-    """A tick that comes 0.2 s late, ten times as fast: 2 s of the simulation."""
+    """So much before a tick as it was sent before it, times the speed of that clock."""
     context = Context()
     rclpy.init(context=context, domain_id=own_domain())
     node = Hearing(
@@ -269,7 +340,9 @@ def test_when_a_command_came_is_told_by_the_clock_of_the_simulation(factor: floa
         while not publisher.get_subscription_count() and time.monotonic() < end:
             executor.spin_once(timeout_sec=0.01)
         node.heard.clear()
+        sent = []
         for scale in (0.1, 0.2, 0.3):
+            sent.append(time.monotonic())
             publisher.publish(Float64(data=scale))
             time.sleep(0.1)
         end = time.monotonic() + 1.0
@@ -282,7 +355,7 @@ def test_when_a_command_came_is_told_by_the_clock_of_the_simulation(factor: floa
         rclpy.try_shutdown(context=context)
     ages, scales = zip(*node.heard, strict=True)
     assert scales == (0.1, 0.2, 0.3)
-    assert np.diff(ages) == pytest.approx(-0.1 * factor, rel=0.2)
+    assert -np.diff(ages) == pytest.approx(factor * np.diff(sent), rel=0.2)
 
 
 def test_how_fast_the_robot_comes_at_somebody_is_told(

@@ -68,3 +68,13 @@ def test_it_is_the_least_of_the_window(said: list[tuple[int, float]]) -> None:
         made.command(scale, now * MS)
         within = [value for ms, value in heard if now - ms < TIMEOUT_MS]
         assert made.update(now * MS, 0.001, moving=False) == min(within)
+
+
+def test_a_heartbeat_that_is_forgotten_lets_nobody_go_but_the_next_does() -> None:
+    made = chain()
+    made.command(1.0, 0)
+    made.forget_heartbeat()
+    assert made.update(1 * MS, 0.001, moving=False) == 0.0
+    assert made.reason == NO_HEARTBEAT
+    made.command(0.5, 2 * MS)
+    assert made.update(3 * MS, 0.001, moving=False) == 0.5

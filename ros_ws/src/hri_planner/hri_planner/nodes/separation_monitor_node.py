@@ -177,22 +177,6 @@ class SeparationMonitorNode(HriNode):
             self._monitor.restart()
             self._status_beat.at_once(now_ns)
         self._last_ns = now_ns
-        verdict = self._say(self._decide(now_ns))  # at once: all that follows may take its time
-        self._check_path()
-        self._disbelieved += bool(self._monitor.disbelieved)
-        for body_id, side in self._monitor.disbelieved:
-            text = f"the {side} arm of {body_id} is not where it was predicted to be by now"
-            self.fault("disbelieved", f"{text}: that prediction counts for nothing")
-        if verdict is None:
-            return
-        stopped = verdict.state == State.STOPPED and self._said not in (None, State.STOPPED)
-        self._stops += stopped
-        self._verdict = verdict
-        if self._status_beat.due(now_ns) or verdict.state != self._said:
-            self._said = verdict.state
-            self._status.publish(self._message(now_ns, verdict))
-
-    def _decide(self, now_ns: int) -> Verdict:
         begin = time.perf_counter()
         self._arms.look(now_ns)
         robot, unknown = self._robot_state(now_ns)
@@ -204,34 +188,41 @@ class SeparationMonitorNode(HriNode):
             self._people.predictions(now_ns),
             trouble=self._trouble,
         )
-        self._decide_ms.append((time.perf_counter() - begin) * 1e3)
-        return verdict
+        took_s = time.perf_counter() - begin
+        said = self._say(verdict.scale)  # at once: all that follows may take its time
+        self._decide_ms.append(took_s * 1e3)
+        self._check_path()
+        self._disbelieved += bool(self._monitor.disbelieved)
+        for body_id, side in self._monitor.disbelieved:
+            text = f"the {side} arm of {body_id} is not where it was predicted to be by now"
+            self.fault("disbelieved", f"{text}: that prediction counts for nothing")
+        if said is None:
+            return
+        if said != verdict.scale:
+            verdict = replace(verdict, state=State.STOPPED, scale=said, reason=HELD_UP)
+        stopped = verdict.state == State.STOPPED and self._said not in (None, State.STOPPED)
+        self._stops += stopped
+        self._verdict = verdict
+        if self._status_beat.due(now_ns) or verdict.state != self._said:
+            self._said = verdict.state
+            self._status.publish(self._message(now_ns, verdict))
 
-    def _say(self, verdict: Verdict) -> Verdict | None:
-        """Say how fast the robot may be, unless that was decided too long ago; what holds now, or None."""
+    def _say(self, scale: float) -> float | None:
+        """Say how fast the robot may be, unless that was decided too long ago; what was said, or None."""
         self._notice_silence()
-        if not is_timely(verdict.scale, self.held_s()):
+        if not is_timely(scale, self.held_s()):
             self._unsaid += 1
             return None
-        if self._said_in_time(verdict.scale):
-            return verdict
-        # Held up since it looked at the clock. What was just said is followed at once by what holds now:
-        # the controller heeds the least of both for as long as it would have heeded the first.
-        self._unsaid += 1
-        held_s = self.held_s()
-        verdict = self._decide(self.read_clock())
-        if is_timely(verdict.scale, self.held_s()) and self._said_in_time(verdict.scale):
-            return verdict
-        self._speed_scale.publish(Float64(data=0.0))
-        text = f"{HELD_UP}, for {max(held_s, self.held_s()) * 1e3:.0f} ms"
-        self.fault("held_up", f"{text}: the robot is not let go on that")
-        return replace(verdict, state=State.STOPPED, scale=0.0, reason=HELD_UP)
-
-    def _said_in_time(self, scale: float) -> bool:
-        """Publish it; whether that, too, was in time."""
         self._speed_scale.publish(Float64(data=scale))
         self._said_s = self._steady_s()
-        return is_timely(scale, self.held_s())
+        if is_timely(scale, self.held_s()):
+            return scale
+        # Held up since it looked at the clock: what was just said is taken back, which stops the robot.
+        self._speed_scale.publish(Float64(data=0.0))
+        self._unsaid += 1
+        text = f"{HELD_UP}, for {self.held_s() * 1e3:.0f} ms"
+        self.fault("held_up", f"{text}: the robot is not let go on that")
+        return 0.0
 
     def _notice_silence(self) -> None:
         """Whether nothing was said for so long that the controller has begun to stop the robot."""

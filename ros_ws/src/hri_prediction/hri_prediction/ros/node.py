@@ -187,7 +187,8 @@ class HriNode(PollingNode):
         stamped at the tick, and so do commands, whose stamp says when they are to take effect: a later
         command takes the place of an earlier one. Of more messages than the depth of ``qos`` between two
         ticks the oldest are dropped, and counted on /diagnostics. With ``timed`` the handler also takes
-        when the message came [ns]: by the node's time, and in lock-step that of the tick before.
+        when the middleware received it [ns]: by the node's time, reckoned back from the tick as if that
+        went as fast as the wall clock; in lock-step the time of the tick before.
         """
         resolved = self.resolve_topic_name(topic)
         self.received[resolved] = 0
@@ -255,7 +256,8 @@ class HriNode(PollingNode):
         self._ahead_ns = self.tick_ns - time.time_ns()
         self.take()
         self._inbox.hand_over()
-        now = self.read_clock()
+        self._asked_s = time.perf_counter()  # before the time is read: a hold-up in between counts
+        now = self.now_ns()
         self.on_tick(now)
         self._worked_s = time.perf_counter()
         self._diagnostics.ticked(self._worked_s - start, self.period_s)
@@ -281,11 +283,6 @@ class HriNode(PollingNode):
     def on_tick(self, now_ns: int) -> None:
         """Compute and publish; called once a tick, after the message handlers."""
         raise NotImplementedError
-
-    def read_clock(self) -> int:
-        """The node's time [ns], from which :meth:`held_s` counts."""
-        self._asked_s = time.perf_counter()  # before the time is read: a hold-up in between counts
-        return self.now_ns()
 
     def held_s(self) -> float:
         """How long ago the time was read that this tick computes with, by a steady clock [s].

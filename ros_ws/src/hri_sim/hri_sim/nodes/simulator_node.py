@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-from array import array
 from collections import deque
 from dataclasses import dataclass, replace
 from typing import Any
@@ -23,14 +22,15 @@ from hri_prediction.ros.node import ERROR, OK, WARN, HriNode, run_node
 from hri_prediction.ros.parameters import declare_config
 from hri_prediction.ros.qos import LATCHED, SENSOR, reliable
 from hri_prediction.ros.template import templates
-from hri_prediction.ros.time import seconds_to_ns, to_ns, to_time
+from hri_prediction.ros.time import seconds_to_ns, to_time
 from hri_sim.nodes.arms import TrueArms
+from hri_sim.nodes.timed_commands import TimedCommands
+from hri_sim.nodes.trajectory_messages import trajectory_from_message
 from hri_sim.scenario.schema import Scenario, load_scenario
 from hri_sim.scenario.shipped import scenario_or_shipped
 from hri_sim.simulator.controller import IDLE, STOPPING, TRACKING
 from hri_sim.simulator.simulation import STEP_NS, Simulation, SimulatorConfig
 from hri_sim.simulator.stopchain import NO_HEARTBEAT, TOUCHED
-from hri_sim.simulator.trajectory import JointTrajectory
 from hri_sim.warm import warm_simulation
 
 PERIOD_S = 0.004
@@ -85,13 +85,13 @@ class SimulatorNode(HriNode):
         self._config = config
         self._physics = physics
         self._seed = config.seed
+        self._heartbeat_ns = seconds_to_ns(physics.heartbeat_timeout or physics.command_timeout)
         self._busy_s: deque[float] = deque(maxlen=500)
         self._slips = 0
         self._rejected = 0
         # Stamp of the active trajectory as its sender knows it, also after simulated time slipped.
         self._active_ns = 0
-        # With when each came [ns]: a tick that is late gives the controller each then.
-        self._commands: list[tuple[int, JointTrajectoryMessage | Float64]] = []
+        self._commands = TimedCommands()
         self._wall_base_s = time.monotonic()
         warm_simulation()
         self._load(scenario_or_shipped(config.scenario), self.now_ns())
@@ -147,6 +147,7 @@ class SimulatorNode(HriNode):
             scenario, contacts=self._config.contacts, seed=self._seed, config=self._physics
         )
         self._arms = TrueArms(scenario)
+        self._commands.clear()
         self._rebase(now_ns)
 
     def _rebase(self, now_ns: int) -> None:
@@ -174,25 +175,28 @@ class SimulatorNode(HriNode):
 
     # ------------------------------------------------------------------ inputs
     def _on_command(self, message: JointTrajectoryMessage | Float64, receipt_ns: int) -> None:
-        self._commands.append((receipt_ns, message))
+        if self._time_source.ros_time_is_active:
+            # How fast somebody else's clock goes nobody knows: as if it had come right after the last tick.
+            receipt_ns = self._base_ns + self._simulation.time_ns
+        self._commands.add(receipt_ns, message)
 
     def _obey(self, until_ns: int | None = None) -> None:
-        """Give the controller the commands that had come by a time [ns]; without one, all.
+        """Give the controller the commands that had come before a time [ns]; without one, all.
 
-        Of several trajectories the last alone counts, as it takes the place of those before at once.
+        Of several trajectories the last alone counts, besides those that ask for a stop: the last may be
+        refused.
         """
-        due = [item for item in self._commands if until_ns is None or item[0] <= until_ns]
-        del self._commands[: len(due)]
-        trajectories = [one for _, one in due if isinstance(one, JointTrajectoryMessage)]
-        for _, message in due:
+        due = self._commands.take(until_ns)
+        trajectories = [one for one in due if isinstance(one, JointTrajectoryMessage)]
+        for message in due:
             if isinstance(message, Float64):
                 self._scale(message.data)
-            elif message is trajectories[-1]:
+            elif message is trajectories[-1] or not message.points:
                 self._follow(message)
 
     def _follow(self, message: JointTrajectoryMessage) -> None:
         try:
-            trajectory = _trajectory(message)
+            trajectory = trajectory_from_message(message)
             ros_ns = trajectory.stamp_ns or self._base_ns + self._simulation.time_ns
             if trajectory.stamp_ns:
                 # The controller runs on simulated time; 0 means "now" to it.
@@ -250,10 +254,10 @@ class SimulatorNode(HriNode):
         """Bring the simulation to ``now_ns`` and publish once for every period passed.
 
         A real controller is not late where this node is: in the periods that are made up for it hears
-        each command when that came, so that heartbeats go on in them.
+        each command when the middleware received it, so that heartbeats go on in them.
         """
         start = time.perf_counter()
-        self._commands.sort(key=lambda item: item[0])
+        now_ns = min(now_ns, self.tick_ns)  # what came since messages were taken is not known
         period = seconds_to_ns(PERIOD_S)
         if not self._begun:
             # Start-up takes its time; simulated time begins with the first tick.
@@ -271,6 +275,10 @@ class SimulatorNode(HriNode):
             )
             self._make_up(made_up)
             self._rebase(now_ns - period)
+            # Time that is left out makes heartbeats no younger: those of a timeout before now count.
+            self._simulation.controller.chain.forget_heartbeat()
+            if self._heartbeat_ns:
+                self._commands.forget(now_ns - self._heartbeat_ns, _lets_go)
             due = made_up + 1
         else:
             self._make_up(due - 1)
@@ -358,37 +366,9 @@ class SimulatorNode(HriNode):
         return OK, controller.reason or controller.state, figures
 
 
-def _matrix(rows: list[array[float]]) -> np.ndarray:
-    return np.array([np.asarray(row, dtype=float) for row in rows])
-
-
-def _trajectory(message: JointTrajectoryMessage) -> JointTrajectory:
-    """Trajectory of a message.
-
-    Raises:
-        DataError: when its points differ in size.
-    """
-    points = message.points
-    names = tuple(message.joint_names)
-    for index, point in enumerate(points):
-        for what in ("positions", "velocities", "accelerations"):
-            values = getattr(point, what)
-            optional = what != "positions" and len(getattr(points[0], what)) == 0
-            if len(values) != (0 if optional else len(names)):
-                raise DataError(
-                    f"point {index} has {len(values)} {what}",
-                    expected=f"{len(names)} (one a joint)",
-                )
-    with_velocity = bool(points) and len(points[0].velocities) > 0
-    with_acceleration = with_velocity and len(points[0].accelerations) > 0
-    return JointTrajectory(
-        stamp_ns=to_ns(message.header.stamp),
-        joint_names=names,
-        time_s=np.array([p.time_from_start.sec + p.time_from_start.nanosec * 1e-9 for p in points]),
-        positions=_matrix([p.positions for p in points]) if points else np.empty((0, len(names))),
-        velocities=_matrix([p.velocities for p in points]) if with_velocity else None,
-        accelerations=_matrix([p.accelerations for p in points]) if with_acceleration else None,
-    )
+def _lets_go(command: JointTrajectoryMessage | Float64) -> bool:
+    """Whether it is a speed scale with which the robot may move."""
+    return isinstance(command, Float64) and command.data > 0.0
 
 
 def main(args: list[str] | None = None) -> int:

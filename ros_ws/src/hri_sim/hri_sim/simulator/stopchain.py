@@ -109,6 +109,10 @@ class StopChain:
         self._said.append((now_ns, float(scale)))
         self._heartbeat_ns = now_ns
 
+    def forget_heartbeat(self) -> None:
+        """None counts until the next: time was left out since the last one."""
+        self._heartbeat_ns = None
+
     def plan_received(self, now_ns: int, *, needs_replan: bool) -> None:
         """A plan took effect; with ``needs_replan`` the next must follow within the timeout."""
         self._plan_ns = now_ns if needs_replan else None
