@@ -258,6 +258,22 @@ def test_heartbeats_of_a_time_that_is_not_made_up_for(died_s: float, reason: str
     assert reasons[max(reasons)][0] == reason
 
 
+def test_a_plain_controller_goes_by_the_last_word_however_long_ago_that_was_said() -> None:
+    with Graph([node_factory(Stalling, parameters={"heartbeat_timeout": 0.032})]) as graph:
+        node = graph.nodes["simulator"]
+        assert isinstance(node, Stalling)
+        graph.run(0.1)
+        node.stalled = True
+        for scale in (0.25, 0.75):
+            graph.run(0.6)
+            graph.publish(Float64, "separation/speed_scale", Float64(data=scale), reliable(1))
+        graph.run(0.6)
+        node.stalled = False
+        graph.run(0.1)
+        newest = graph.messages("/joint_trajectory_controller/reference")[-1]
+    assert newest.speed_scale == 0.75
+
+
 class Counter(HriNode):
     """Notes the times of its ticks."""
 

@@ -85,7 +85,8 @@ class SimulatorNode(HriNode):
         self._config = config
         self._physics = physics
         self._seed = config.seed
-        self._heartbeat_ns = seconds_to_ns(physics.heartbeat_timeout or physics.command_timeout)
+        heartbeat_timeout = physics.heartbeat_timeout or physics.command_timeout
+        self._heartbeat_ns = seconds_to_ns(heartbeat_timeout) if physics.command_timeout else 0
         self._busy_s: deque[float] = deque(maxlen=500)
         self._slips = 0
         self._rejected = 0
