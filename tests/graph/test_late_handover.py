@@ -89,28 +89,41 @@ def test_a_first_plan_that_begins_in_the_past(
 
 
 class Stalling(SimulatorNode):
-    """A simulator that is not run for a while; of the plans it then finds, it takes the newest."""
+    """A simulator that is not run for a while, and whose plans then come as they were sent."""
 
     stall_s = (0.0, 0.0)
 
     def on_tick(self, now_ns: int) -> None:
-        if not self.stall_s[0] <= now_ns * 1e-9 < self.stall_s[1]:
+        if not self._stalled(now_ns):
             super().on_tick(now_ns)
 
+    def _stalled(self, now_ns: int) -> bool:
+        return self.stall_s[0] <= now_ns * 1e-9 < self.stall_s[1]
 
+
+class Stopped(Stalling):
+    """One whose process is stopped: of the plans it then finds all at once, it takes the newest."""
+
+    def tick(self, now_ns: int | None = None) -> None:
+        if not self._stalled(self.now_ns() if now_ns is None else now_ns):
+            super().tick(now_ns)
+
+
+@pytest.mark.parametrize("kind", [Stalling, Stopped])
 @pytest.mark.parametrize("stall_s", [0.05, 0.09])
 def test_plans_that_overtake_each_other_in_a_stall(
     make_graph: Callable[..., Graph],
     scenario: Scenario,
     monkeypatch: pytest.MonkeyPatch,
     stall_s: float,
+    kind: type[Stalling],
 ) -> None:
-    monkeypatch.setitem(scenes.NODES, "simulator", Stalling)
+    monkeypatch.setitem(scenes.NODES, "simulator", kind)
     graph = make_graph()
     graph.run(0.5)
     reach(graph, scenario, 0)
     run_into_motion(graph, 0.5)
-    monkeypatch.setattr(Stalling, "stall_s", (graph.now_s, graph.now_s + stall_s))
+    monkeypatch.setattr(kind, "stall_s", (graph.now_s, graph.now_s + stall_s))
     second = reach(graph, scenario, 1)
     assert finish(graph, second).outcome == ReachTarget.Result.REACHED
     assert_no_jump(graph)

@@ -16,11 +16,12 @@ def test_each_is_taken_once_and_those_of_a_type_in_the_order_of_arrival(
     commands = TimedCommands()
     for came_ns, command in items:
         commands.add(came_ns, command)
-    taken = [one for time_ns in sorted(times) for one in commands.take(time_ns)]
+    taken = [item for time_ns in sorted(times) for item in commands.take(time_ns)]
     taken += commands.take()
     assert not commands.take()
+    assert [came_ns for came_ns, _ in taken] == sorted(came_ns for came_ns, _ in taken)
     for kind in (int, str):
-        assert [one for one in taken if isinstance(one, kind)] == [
+        assert [one for _, one in taken if isinstance(one, kind)] == [
             one for _, one in items if isinstance(one, kind)
         ]
 
@@ -29,18 +30,10 @@ def test_what_came_before_a_time_is_taken() -> None:
     commands = TimedCommands()
     for came_ns, command in ((3, "c"), (1, 1), (4, "d"), (2, 2)):
         commands.add(came_ns, command)
-    assert commands.take(3) == [1, 2]
-    assert commands.take(4) == ["c"]
+    assert commands.take(3) == [(1, 1), (2, 2)]
+    assert commands.take(4) == [(3, "c")]
     assert commands.take(4) == []
-    assert commands.take() == ["d"]
-
-
-def test_what_is_forgotten() -> None:
-    commands = TimedCommands()
-    for came_ns, command in ((1, 1), (1, "a"), (2, 2), (3, 3)):
-        commands.add(came_ns, command)
-    commands.forget(3, lambda command: command in (1, 3))
-    assert commands.take() == ["a", 2, 3]
-    commands.add(1, 1)
+    assert commands.take() == [(4, "d")]
+    commands.add(5, "e")
     commands.clear()
     assert commands.take() == []

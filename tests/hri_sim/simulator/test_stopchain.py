@@ -70,11 +70,24 @@ def test_it_is_the_least_of_the_window(said: list[tuple[int, float]]) -> None:
         assert made.update(now * MS, 0.001, moving=False) == min(within)
 
 
-def test_a_heartbeat_that_is_forgotten_lets_nobody_go_but_the_next_does() -> None:
-    made = chain()
-    made.command(1.0, 0)
-    made.forget_heartbeat()
-    assert made.update(1 * MS, 0.001, moving=False) == 0.0
-    assert made.reason == NO_HEARTBEAT
-    made.command(0.5, 2 * MS)
-    assert made.update(3 * MS, 0.001, moving=False) == 0.5
+@given(
+    st.lists(
+        st.tuples(st.integers(0, 12), st.sampled_from([0.0, 0.2, 1.0]), st.integers(0, 40)),
+        min_size=1,
+    )
+)
+def test_time_that_is_left_out_counts(said: list[tuple[int, float, int]]) -> None:
+    """A chain whose clock leaves times out says what one says whose clock goes on."""
+    whole, leaving, now, left = chain(), chain(), 0, 0
+    whole.plan_received(0, needs_replan=True)
+    leaving.plan_received(0, needs_replan=True)
+    for later, scale, out in said:
+        now += later + out
+        left += out
+        leaving.leave_out(out * MS)
+        assert whole.update(now * MS, 0.0, moving=False) == leaving.update(
+            (now - left) * MS, 0.0, moving=False
+        )
+        assert whole.reason == leaving.reason
+        whole.command(scale, now * MS)
+        leaving.command(scale, (now - left) * MS)

@@ -85,8 +85,6 @@ class SimulatorNode(HriNode):
         self._config = config
         self._physics = physics
         self._seed = config.seed
-        heartbeat_timeout = physics.heartbeat_timeout or physics.command_timeout
-        self._heartbeat_ns = seconds_to_ns(heartbeat_timeout) if physics.command_timeout else 0
         self._busy_s: deque[float] = deque(maxlen=500)
         self._slips = 0
         self._rejected = 0
@@ -188,10 +186,10 @@ class SimulatorNode(HriNode):
         refused.
         """
         due = self._commands.take(until_ns)
-        trajectories = [one for one in due if isinstance(one, JointTrajectoryMessage)]
-        for message in due:
+        trajectories = [one for _, one in due if isinstance(one, JointTrajectoryMessage)]
+        for came_ns, message in due:
             if isinstance(message, Float64):
-                self._scale(message.data)
+                self._scale(message.data, came_ns)
             elif message is trajectories[-1] or not message.points:
                 self._follow(message)
 
@@ -215,9 +213,12 @@ class SimulatorNode(HriNode):
             self._simulation.controller.rejection = str(error)
             self.fault("trajectory", f"trajectory refused: {error}")
 
-    def _scale(self, scale: float) -> None:
+    def _scale(self, scale: float, came_ns: int) -> None:
+        simulation = self._simulation
+        # As old as it is, also where simulated time leaves out when it came.
+        heard_ns = min(came_ns - self._base_ns, simulation.time_ns)
         try:
-            self._simulation.controller.chain.command(scale, self._simulation.time_ns)
+            simulation.controller.chain.command(scale, heard_ns)
         except DataError as error:
             self.fault("speed_scale", str(error))
 
@@ -255,7 +256,9 @@ class SimulatorNode(HriNode):
         """Bring the simulation to ``now_ns`` and publish once for every period passed.
 
         A real controller is not late where this node is: in the periods that are made up for it hears
-        each command when the middleware received it, so that heartbeats go on in them.
+        each command when the middleware received it, so that heartbeats go on in them. Of more than a
+        second that can be less: the newest :data:`MAX_CATCH_UP` of a kind wait, and with somebody else's
+        clock all count as if they had come right after the last tick.
         """
         start = time.perf_counter()
         now_ns = min(now_ns, self.tick_ns)  # what came since messages were taken is not known
@@ -275,11 +278,9 @@ class SimulatorNode(HriNode):
                 f"the clock {what} by {abs(due) * PERIOD_S:.3f} s; {besides}simulated time goes on",
             )
             self._make_up(made_up)
+            base_ns = self._base_ns
             self._rebase(now_ns - period)
-            # Time that is left out makes heartbeats no younger: those of a timeout before now count.
-            self._simulation.controller.chain.forget_heartbeat()
-            if self._heartbeat_ns:
-                self._commands.forget(now_ns - self._heartbeat_ns, _lets_go)
+            self._simulation.controller.chain.leave_out(max(self._base_ns - base_ns, 0))
             due = made_up + 1
         else:
             self._make_up(due - 1)
@@ -365,11 +366,6 @@ class SimulatorNode(HriNode):
         if stopped or controller.chain.reason == NO_HEARTBEAT:
             return WARN, controller.chain.reason, figures
         return OK, controller.reason or controller.state, figures
-
-
-def _lets_go(command: JointTrajectoryMessage | Float64) -> bool:
-    """Whether it is a speed scale with which the robot may move."""
-    return isinstance(command, Float64) and command.data > 0.0
 
 
 def main(args: list[str] | None = None) -> int:

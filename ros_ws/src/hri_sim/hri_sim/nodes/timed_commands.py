@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 
@@ -23,16 +22,16 @@ class TimedCommands:
         before = [came for came, other in self._waiting if type(other) is type(command)]
         self._waiting.append((max([came_ns, *before]), command))
 
-    def take(self, until_ns: int | None = None) -> list[Any]:
-        """Take those that had come before a time [ns], in the order of their coming; without one, all."""
+    def take(self, until_ns: int | None = None) -> list[tuple[int, Any]]:
+        """Take those that had come before a time [ns], each with when it came, in that order.
+
+        Args:
+            until_ns: The time; when not given, all are taken.
+        """
         self._waiting.sort(key=lambda item: item[0])
-        due = [one for came, one in self._waiting if until_ns is None or came < until_ns]
+        due = [item for item in self._waiting if until_ns is None or item[0] < until_ns]
         del self._waiting[: len(due)]
         return due
-
-    def forget(self, since_ns: int, kind: Callable[[Any], bool]) -> None:
-        """Drop those of a kind that came before a time [ns]."""
-        self._waiting = [item for item in self._waiting if item[0] >= since_ns or not kind(item[1])]
 
     def clear(self) -> None:
         """Drop all."""

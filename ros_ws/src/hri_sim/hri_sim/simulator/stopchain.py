@@ -109,9 +109,13 @@ class StopChain:
         self._said.append((now_ns, float(scale)))
         self._heartbeat_ns = now_ns
 
-    def forget_heartbeat(self) -> None:
-        """None counts until the next: time was left out since the last one."""
-        self._heartbeat_ns = None
+    def leave_out(self, time_ns: int) -> None:
+        """Make all that was heard older by a time that this clock leaves out [ns]."""
+        self._said = deque((came_ns - time_ns, scale) for came_ns, scale in self._said)
+        if self._heartbeat_ns is not None:
+            self._heartbeat_ns -= time_ns
+        if self._plan_ns is not None:
+            self._plan_ns -= time_ns
 
     def plan_received(self, now_ns: int, *, needs_replan: bool) -> None:
         """A plan took effect; with ``needs_replan`` the next must follow within the timeout."""
