@@ -79,5 +79,8 @@ def conduct(options: RunOptions, console: Console, *, picture: bool, video: bool
         raise typer.Exit(130) from None
     for name, path in files.items():
         console.print(f"{name + ':':<9}{path}", highlight=False, markup=False, soft_wrap=True)
+    if options.person is not None:
+        words = f"learnt:  scripts/people.py show {options.person} says what is known now"
+        console.print(words, highlight=False, markup=False, soft_wrap=True)
     console.print(f"took {time.monotonic() - begin:.0f} s", highlight=False)
     return 0 if succeeded(result.summary) else 3

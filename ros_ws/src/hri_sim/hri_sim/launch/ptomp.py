@@ -69,7 +69,8 @@ def launch(
         Path | None,
         typer.Option(
             help="Task library of train_promp.py. Default: trained on simulated reaches of the "
-            "scenario; with --human replay, --person, or for itomp: none (constant velocity)."
+            "scenario; with --person: none (what is learnt of them); with --human replay alone, or "
+            "for itomp: none (constant velocity)."
         ),
     ] = None,
     person: Annotated[
